@@ -126,7 +126,7 @@ mod tests {
 
     use super::super::primitive::{Item, PrimitiveId};
     use super::super::stack::{LastFirst, NearestFirst, Order};
-    use super::super::tree::{Tree, Visitor};
+    use super::super::tree::{Tree, Visitor, Visitors};
     use crate::math::Vec3;
     use crate::math::hash::{mix2, unit_float};
     use crate::math::instruction_set::InstructionSet;
@@ -137,7 +137,7 @@ mod tests {
         seen: Vec<(PrimitiveId, u64)>,
     }
 
-    impl Visitor for Recorder {
+    impl Visitor for &mut Recorder {
         fn t_max(&self) -> f32 {
             self.t_max
         }
@@ -151,6 +151,19 @@ mod tests {
         fn other(&mut self, _: PrimitiveId) -> bool {
             false
         }
+    }
+
+    /// One ray.
+    struct One<'a>(Option<(Vec3, Vec3, &'a mut Recorder)>);
+
+    impl<'a> Visitors for One<'a> {
+        type Visitor = &'a mut Recorder;
+
+        fn next(&mut self) -> Option<(Vec3, Vec3, &'a mut Recorder)> {
+            self.0.take()
+        }
+
+        fn finish(&mut self, _: &'a mut Recorder) {}
     }
 
     #[test]
@@ -193,7 +206,7 @@ mod tests {
                 seen: Vec::new(),
             };
             tree.instructions = set;
-            tree.traverse::<O>(o, d, &mut recorder);
+            tree.traverse::<O, _>(One(Some((o, d, &mut recorder))));
             recorder.seen
         });
         let records: Vec<_> = records.collect();

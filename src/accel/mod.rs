@@ -153,7 +153,19 @@ impl Geometry {
 
     /// What [`Geometry::intersect`] hits, without the surface there.
     pub fn closest(&self, ray: &Ray, alpha: &impl Alpha) -> Option<ClosestHit> {
-        Search::<_, false>::run(self, ray, alpha)
+        let mut found = [None];
+        self.closest_of_all(std::slice::from_ref(ray), alpha, &mut found);
+        found[0]
+    }
+
+    /// The same along each of the `rays`; `found` has as many places.
+    pub fn closest_of_all(
+        &self,
+        rays: &[Ray],
+        alpha: &impl Alpha,
+        found: &mut [Option<ClosestHit>],
+    ) {
+        Search::<_, false>::run(self, rays, alpha, found);
     }
 
     /// The surface that this ray has hit.
@@ -213,7 +225,7 @@ impl Geometry {
 
     /// Closest hit; the surface is computed only if it emits.
     pub fn intersect_emitter(&self, ray: &Ray, alpha: &impl Alpha) -> EmitterHit {
-        let Some(found) = Search::<_, false>::run(self, ray, alpha) else {
+        let Some(found) = self.closest(ray, alpha) else {
             return EmitterHit::Escaped;
         };
         if self.attributes(&found).light.is_none() {
@@ -226,12 +238,19 @@ impl Geometry {
     /// Distance to the closest hit, without computing the surface there.
     #[cfg(any(test, feature = "internals"))]
     pub fn distance(&self, ray: &Ray, alpha: &impl Alpha) -> Option<f32> {
-        Search::<_, false>::run(self, ray, alpha).map(|found| found.t)
+        self.closest(ray, alpha).map(|found| found.t)
     }
 
     /// Returns `true` if anything is hit nearer than `ray.t_max`.
     pub fn occluded(&self, ray: &Ray, alpha: &impl Alpha) -> bool {
-        Search::<_, true>::run(self, ray, alpha).is_some()
+        let mut found = [None];
+        self.occluders(std::slice::from_ref(ray), alpha, &mut found);
+        found[0].is_some()
+    }
+
+    /// Something on each of the `rays` nearer than its end, if there is anything; `found` has as many places.
+    pub fn occluders(&self, rays: &[Ray], alpha: &impl Alpha, found: &mut [Option<ClosestHit>]) {
+        Search::<_, true>::run(self, rays, alpha, found);
     }
 
     /// Returns `true` if there is any surface without material, or with a cut-out for shadow rays only. If not,

@@ -4,7 +4,7 @@ use super::instance::InnerRay;
 use super::level::Level;
 use super::primitive::{OtherKind, PrimitiveId};
 use super::stack::{LastFirst, NearestFirst};
-use super::tree::Visitor;
+use super::tree::{Visitor, Visitors};
 use super::{Alpha, Geometry};
 use crate::inputs::FloatInput;
 use crate::math::ray::Ray;
@@ -41,36 +41,22 @@ pub(super) struct Search<'a, A, const SHADOW: bool> {
 }
 
 impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
-    /// Searches the top level along `ray`.
-    pub(super) fn run(geometry: &'a Geometry, ray: &Ray, alpha: &'a A) -> Option<ClosestHit> {
-        let mut search = Search::<A, SHADOW> {
+    /// Searches the top level along each of the `rays`, one after the other.
+    pub(super) fn run(
+        geometry: &'a Geometry,
+        rays: &[Ray],
+        alpha: &'a A,
+        found: &mut [Option<ClosestHit>],
+    ) {
+        let searches = Searches::<A, SHADOW> {
             geometry,
             level: &geometry.top,
             render_from_level: None,
-            time: ray.time,
-            o: ray.o,
-            d: ray.d,
-            t_max: ray.t_max,
             alpha,
-            found: None,
+            rays: rays.iter(),
+            found: found.iter_mut(),
         };
-        search.go();
-        search.found
-    }
-
-    #[inline(always)]
-    fn go(&mut self) {
-        let (tree, o, d) = (&self.level.tree, self.o, self.d);
-        // Comparisons with NaN would let such rays into unused slots of nodes. (Directions have unit length, so the sum
-        // is finite if both are.)
-        if !(o + d).is_finite() {
-            return;
-        }
-        if SHADOW {
-            tree.traverse::<LastFirst>(o, d, self);
-        } else {
-            tree.traverse::<NearestFirst>(o, d, self);
-        }
+        searches.go();
     }
 
     /// The ray of this level in double precision, for non-triangle primitives.
@@ -148,24 +134,80 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
             return false;
         }
         let outward = place.outer_from_inner;
-        let mut search = Search::<A, SHADOW> {
+        let ray = Ray {
+            o: inner.o.as_vec3(),
+            d: inner.d.as_vec3(),
+            t_max,
+            time: self.time,
+        };
+        let mut found = [None];
+        let searches = Searches::<A, SHADOW> {
+            geometry: self.geometry,
             level,
             render_from_level: Some(match &self.render_from_level {
                 Some(outer) => *outer * outward,
                 None => outward,
             }),
-            o: inner.o.as_vec3(),
-            d: inner.d.as_vec3(),
-            t_max,
-            found: None,
-            ..*self
+            alpha: self.alpha,
+            rays: std::slice::from_ref(&ray).iter(),
+            found: found.iter_mut(),
         };
-        search.go();
-        let Some(found) = search.found else {
+        searches.go();
+        let [Some(found)] = found else {
             return false;
         };
         let t = inner.outer(f64::from(found.t)) as f32;
         t < self.t_max && self.accept_in(found.id, [id, found.path[0]], t)
+    }
+}
+
+/// Searches of one level, and what they find: nothing unless told.
+struct Searches<'a, 'r, A, const SHADOW: bool> {
+    geometry: &'a Geometry,
+    level: &'a Level,
+    /// See [`Search`].
+    render_from_level: Option<DAffine3>,
+    alpha: &'a A,
+    rays: std::slice::Iter<'r, Ray>,
+    found: std::slice::IterMut<'r, Option<ClosestHit>>,
+}
+
+impl<A: Alpha, const SHADOW: bool> Searches<'_, '_, A, SHADOW> {
+    fn go(self) {
+        let tree = &self.level.tree;
+        if SHADOW {
+            tree.traverse::<LastFirst, _>(self);
+        } else {
+            tree.traverse::<NearestFirst, _>(self);
+        }
+    }
+}
+
+impl<'a, A: Alpha, const SHADOW: bool> Visitors for Searches<'a, '_, A, SHADOW> {
+    type Visitor = Search<'a, A, SHADOW>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<(Vec3, Vec3, Search<'a, A, SHADOW>)> {
+        let ray = self.rays.next()?;
+        let search = Search {
+            geometry: self.geometry,
+            level: self.level,
+            render_from_level: self.render_from_level,
+            time: ray.time,
+            o: ray.o,
+            d: ray.d,
+            t_max: ray.t_max,
+            alpha: self.alpha,
+            found: None,
+        };
+        Some((ray.o, ray.d, search))
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, search: Search<'a, A, SHADOW>) {
+        if let Some(found) = self.found.next() {
+            *found = search.found;
+        }
     }
 }
 

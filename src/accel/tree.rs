@@ -45,66 +45,88 @@ impl Tree {
             .filter(|bounds| !bounds.is_empty())
     }
 
-    /// Calls `visitor` for everything that the ray `o + t d` may hit, in the order given by `O`. Returns `true` if the
-    /// visitor ended the traversal.
+    /// Calls a visitor for everything that each of the rays may hit, in the order given by `O`.
     #[inline(always)]
-    pub(super) fn traverse<O: Order>(&self, o: Vec3, d: Vec3, visitor: &mut impl Visitor) -> bool {
+    pub(super) fn traverse<O: Order, V: Visitors>(&self, rays: V) {
         self.instructions.run(Traversal {
             cells: &self.cells,
-            o,
-            d,
-            visitor,
+            rays,
             order: PhantomData::<O>,
-        })
+        });
     }
 }
 
-/// The traversal of a tree by one ray.
+/// Rays that traverse a tree one after the other, each with its visitor.
+pub(super) trait Visitors {
+    /// The visitor of one ray.
+    type Visitor: Visitor;
+    /// The next ray `o + t d`.
+    fn next(&mut self) -> Option<(Vec3, Vec3, Self::Visitor)>;
+    /// The visitor has seen all.
+    fn finish(&mut self, visitor: Self::Visitor);
+}
+
+/// The traversal of a tree: one function for many rays, so that it is entered once.
 struct Traversal<'a, O, V> {
     cells: &'a [Cell],
-    o: Vec3,
-    d: Vec3,
-    visitor: &'a mut V,
+    rays: V,
     order: PhantomData<O>,
 }
 
-impl<O: Order, V: Visitor> Kernel for Traversal<'_, O, V> {
-    type Output = bool;
+impl<O: Order, V: Visitors> Kernel for Traversal<'_, O, V> {
+    type Output = ();
 
     #[inline(always)]
-    fn run(self, with: impl Instructions) -> bool {
-        let Traversal { cells, visitor, .. } = self;
-        let ray = &TraversalRay::new(self.o, self.d);
-        let mut stack = O::default();
-        let mut current = Child::node(0);
-        loop {
-            let at = current.offset();
-            let Some(here) = cells.get(at..) else {
-                return false;
-            };
-            if !current.is_leaf() {
-                let Some(node) = StoredNode::first_of(here) else {
-                    return false;
-                };
-                let (mask, near) = test_boxes(with, node, ray, visitor.t_max());
-                let hits = NodeHits {
-                    node,
-                    at,
-                    mask,
-                    near,
-                };
-                if mask != 0 {
-                    current = stack.choose(with, hits, cells);
-                    continue;
-                }
-            } else if visit_leaf(current, here, ray, visitor) {
-                return true;
+    fn run(mut self, with: impl Instructions) {
+        while let Some((o, d, mut visitor)) = self.rays.next() {
+            // Comparisons with NaN would let such rays into unused slots of nodes. (Directions have unit length, so the sum
+            // is finite if both are.)
+            if (o + d).is_finite() {
+                let ray = TraversalRay::new(o, d);
+                traverse::<O>(with, self.cells, &ray, &mut visitor);
             }
-            let Some(next) = stack.pop(visitor.t_max()) else {
-                return false;
-            };
-            current = next;
+            self.rays.finish(visitor);
         }
+    }
+}
+
+/// The way of one ray, until the visitor ends it.
+#[inline(always)]
+fn traverse<O: Order>(
+    with: impl Instructions,
+    cells: &[Cell],
+    ray: &TraversalRay,
+    visitor: &mut impl Visitor,
+) {
+    let mut stack = O::default();
+    let mut current = Child::node(0);
+    loop {
+        let at = current.offset();
+        let Some(here) = cells.get(at..) else {
+            return;
+        };
+        if !current.is_leaf() {
+            let Some(node) = StoredNode::first_of(here) else {
+                return;
+            };
+            let (mask, near) = test_boxes(with, node, ray, visitor.t_max());
+            let hits = NodeHits {
+                node,
+                at,
+                mask,
+                near,
+            };
+            if mask != 0 {
+                current = stack.choose(with, hits, cells);
+                continue;
+            }
+        } else if visit_leaf(current, here, ray, visitor) {
+            return;
+        }
+        let Some(next) = stack.pop(visitor.t_max()) else {
+            return;
+        };
+        current = next;
     }
 }
 

@@ -253,7 +253,7 @@ fn radiances(
             stream: &mut waiting.stream,
         })
     };
-    let mut paths: ArrayVec<CameraPath, WAVE> = all_paths.filter_map(path).collect();
+    let mut paths: Vec<CameraPath> = all_paths.filter_map(path).collect();
     let (integrator, world) = (&job.integrator, &job.world);
     integrator.radiances(world, &mut paths, workspace)
 }

@@ -3,6 +3,7 @@
 
 use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit};
 use crate::bsdf::{Bsdf, BsdfSample};
+use crate::inputs::FloatInput;
 use crate::handles::{LightId, LightLayer, MaterialId, MediumId};
 use crate::lights::Light;
 use crate::materials::Material;
@@ -10,7 +11,7 @@ use crate::materials::subsurface_transport::SubsurfaceTransport;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::media::Media;
-use crate::surface::SurfaceHit;
+use crate::surface::{SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
 /// The most surfaces without material on a path: more are a modeling error, and a ray that is caught between
@@ -99,10 +100,10 @@ impl World {
             .intersect(ray, &|input, point| self.textures.float(input, point))
     }
 
-    /// What [`World::intersect`] hits; [`World::surface`] tells the rest.
-    pub fn closest(&self, ray: &Ray) -> Option<ClosestHit> {
-        self.geometry
-            .closest(ray, &|input, point| self.textures.float(input, point))
+    /// What [`World::intersect`] hits along each of the `rays`; `found` has as many places. [`World::surface`] tells the rest.
+    pub fn closest(&self, rays: &[Ray], found: &mut [Option<ClosestHit>]) {
+        let alpha = |input: &FloatInput, point: &TexturePoint| self.textures.float(input, point);
+        self.geometry.closest_of_all(rays, &alpha, found);
     }
 
     /// The surface that this ray has hit.
@@ -127,6 +128,12 @@ impl World {
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.geometry
             .occluded(ray, &|input, point| self.textures.float(input, point))
+    }
+
+    /// Something that blocks each of the `rays` before its end, if there is anything; `found` has as many places.
+    pub fn occluders(&self, rays: &[Ray], found: &mut [Option<ClosestHit>]) {
+        let alpha = |input: &FloatInput, point: &TexturePoint| self.textures.float(input, point);
+        self.geometry.occluders(rays, &alpha, found);
     }
 
     /// See [`Geometry::has_recoverable_surfaces`].

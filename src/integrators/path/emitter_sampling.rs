@@ -8,8 +8,9 @@ use crate::handles::LightId;
 use crate::integrators::context::Lights;
 use crate::integrators::vertex::{SurfaceVertex, Vertex};
 use crate::integrators::volpath::transmittance;
+use crate::math::ray::Ray;
 use crate::math::sampling::power_heuristic;
-use crate::math::{Rgb, Vec2, color::is_black};
+use crate::math::{Rgb, Vec2, Vec3, color::is_black};
 use crate::surface::ReferencePoint;
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -58,18 +59,6 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         from: &ReferencePoint,
     ) {
         let u = self.context.stream.next_2d();
-        self.add_light_sample(chosen, u, vertex, from);
-    }
-
-    /// Adds the sample that `u` chooses.
-    #[inline(always)]
-    pub(super) fn add_light_sample(
-        &mut self,
-        chosen: (LightId, f32),
-        u: Vec2,
-        vertex: &impl Vertex,
-        from: &ReferencePoint,
-    ) {
         if let Some(light) = self.light_sample(chosen, vertex, from, u) {
             self.gain_from(chosen.0, self.trail.throughput * light);
         }
@@ -79,35 +68,71 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     #[inline]
     fn light_sample(
         &mut self,
-        (id, pmf): (LightId, f32),
+        chosen: (LightId, f32),
         vertex: &impl Vertex,
         from: &ReferencePoint,
         u: Vec2,
     ) -> Option<Rgb> {
-        let world = self.context.world;
-        let light = world.light(id).sample(from, u)?;
+        let mut arriving = self.unshadowed(chosen, u, vertex, from)?;
+        let (world, shadow) = (self.context.world, arriving.shadow);
+        if WATCHED && self.reports {
+            self.context.shadow(chosen.0, false);
+        }
+        if MEDIA {
+            let medium = vertex.medium_toward(world, arriving.wi);
+            let stream = &mut *self.context.stream;
+            arriving.contribution *= transmittance(world, stream, &shadow, medium);
+            if is_black(arriving.contribution) {
+                return None;
+            }
+        } else if world.occluded(&shadow) {
+            return None;
+        }
+        if WATCHED && self.reports {
+            self.context.shadow(chosen.0, true);
+        }
+        Some(arriving.weighted())
+    }
+
+    /// What a light sample brings that `u` chooses, if nothing blocks the shadow ray; `None` for nothing.
+    #[inline(always)]
+    pub(super) fn unshadowed(
+        &self,
+        (id, pmf): (LightId, f32),
+        u: Vec2,
+        vertex: &impl Vertex,
+        from: &ReferencePoint,
+    ) -> Option<Arriving> {
+        let light = self.context.world.light(id).sample(from, u)?;
         let (scattered, scattered_pdf) = vertex.scattered_and_pdf(light.wi);
-        let mut contribution = scattered * light.radiance;
+        let contribution = scattered * light.radiance;
         if is_black(contribution) {
             return None;
         }
-        if WATCHED && self.reports {
-            self.context.shadow(id, false);
-        }
-        if MEDIA {
-            let medium = vertex.medium_toward(world, light.wi);
-            contribution *= transmittance(world, self.context.stream, &light.shadow, medium);
-            if is_black(contribution) {
-                return None;
-            }
-        } else if world.occluded(&light.shadow) {
-            return None;
-        }
-        if WATCHED && self.reports {
-            self.context.shadow(id, true);
-        }
-        let competing = (!light.delta).then_some(scattered_pdf);
-        Some(weighted(contribution, pmf * light.pdf, competing))
+        Some(Arriving {
+            contribution,
+            wi: light.wi,
+            pdf: pmf * light.pdf,
+            competing: (!light.delta).then_some(scattered_pdf),
+            shadow: light.shadow,
+        })
+    }
+}
+
+/// What a light sample brings if nothing is in its way.
+pub(super) struct Arriving {
+    contribution: Rgb,
+    wi: Vec3,
+    pdf: f32,
+    competing: Option<f32>,
+    pub(super) shadow: Ray,
+}
+
+impl Arriving {
+    /// The estimate, weighted against BSDF sampling.
+    #[inline(always)]
+    pub(super) fn weighted(&self) -> Rgb {
+        weighted(self.contribution, self.pdf, self.competing)
     }
 }
 

@@ -61,20 +61,20 @@ impl Lamps {
         (light, pmf): (LightId, f32),
         u: Vec2,
         vertex: (&ReferencePoint, &Matte),
-        (path, throughput): (usize, Rgb),
+        (path, throughput): (u32, Rgb),
     ) -> bool {
         let Some(Some(waiting)) = self.0.get_mut(light.index()) else {
             return false;
         };
         let i = waiting.count & (ROOM - 1);
         waiting.vertices.set(i, pmf, u, vertex, throughput);
-        waiting.paths[i] = path as u32;
+        waiting.paths[i] = path;
         waiting.count = i + 1;
         waiting.count == ROOM
     }
 
-    /// Computes all that waits: `add(path, light)`.
-    pub(super) fn light(&mut self, world: &World, mut add: impl FnMut(usize, Rgb)) {
+    /// Computes all that waits: `add(path, shadow, light)` for what arrives where nothing blocks the shadow ray.
+    pub(super) fn light(&mut self, world: &World, mut add: impl FnMut(u32, &Ray, Rgb)) {
         for (waiting, light) in self.0.iter_mut().zip(0..) {
             if let Some(waiting) = waiting.as_deref_mut().filter(|waiting| waiting.count > 0) {
                 waiting.light(world, LightId(light), &mut add);
@@ -110,7 +110,7 @@ impl Default for Waiting {
 }
 
 impl Waiting {
-    fn light(&mut self, world: &World, light: LightId, add: &mut impl FnMut(usize, Rgb)) {
+    fn light(&mut self, world: &World, light: LightId, add: &mut impl FnMut(u32, &Ray, Rgb)) {
         match world.light(light).shape() {
             Some((Emitter::Parallelogram(piece), glow)) => self.sample(&**piece, glow),
             Some((Emitter::Sphere(ball), glow)) => self.sample(&ball.far(), glow),
@@ -120,8 +120,8 @@ impl Waiting {
         let kept = self.vertices.time.iter().zip(&self.paths).take(count);
         for ((&time, &path), i) in kept.zip(0..) {
             let value = self.samples.value.get(i);
-            if !is_black(value) && !world.occluded(&self.samples.shadow(i, time)) {
-                add(path as usize, value);
+            if !is_black(value) {
+                add(path, &self.samples.shadow(i, time), value);
             }
         }
     }

@@ -15,6 +15,7 @@ mod emitter_sampling;
 mod lamps;
 mod medium;
 mod roulette;
+mod shadows;
 mod wave;
 
 pub use medium::MediaSeen;

@@ -10,6 +10,7 @@ mod mattes;
 
 use super::emission::{MisState, Sampled};
 use super::lamps::Lamps;
+use super::shadows::Shadows;
 use super::{Path, PathState, Trail};
 use crate::accel::{ClosestHit, FlatHits};
 use crate::handles::LightId;
@@ -26,11 +27,15 @@ pub(in super::super) struct Wave {
     trails: Vec<Trail>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
-    /// What those have hit that is not a flat matte triangle.
+    /// Their rays, and what these hit.
+    rays: ArrayVec<Ray, WAVE>,
+    found: [Option<ClosestHit>; WAVE],
+    /// What is not a flat matte triangle.
     others: ArrayVec<(u32, Option<ClosestHit>), WAVE>,
     flats: FlatHits<WAVE>,
     mattes: Mattes<WAVE>,
     lamps: Lamps,
+    shadows: Shadows,
 }
 
 impl Wave {
@@ -38,10 +43,13 @@ impl Wave {
         Wave {
             trails: Vec::with_capacity(WAVE),
             walking: ArrayVec::new(),
+            rays: ArrayVec::new(),
+            found: [None; WAVE],
             others: ArrayVec::new(),
             flats: FlatHits::default(),
             mattes: Mattes::default(),
             lamps: Lamps::new(world),
+            shadows: Shadows::default(),
         }
     }
 }
@@ -73,23 +81,32 @@ impl Walk<'_, '_> {
     fn extend(&mut self, wave: &mut Wave, is_first: bool) {
         self.intersect(wave);
         self.resolve_flats(wave);
-        for (path, found) in std::mem::take(&mut wave.others) {
+        for i in 0..wave.others.len() {
+            let (path, found) = wave.others[i];
             self.extend_alone(wave, path, found, is_first);
         }
         self.sample_lights(wave);
+        wave.trace_shadows(self.bundle.world);
         self.sample_directions(wave);
     }
 
     /// Finds what the paths hit, and sorts it.
     fn intersect(&mut self, wave: &mut Wave) {
+        let world = self.bundle.world;
+        wave.rays.clear();
+        let trails = &wave.trails;
+        let ray = |&path: &u32| trails[path as usize].ray;
+        wave.rays.extend(wave.walking.iter().map(ray));
+        world.closest(&wave.rays, &mut wave.found[..wave.rays.len()]);
         wave.mattes.clear();
-        for path in std::mem::take(&mut wave.walking) {
-            let trail = &wave.trails[path as usize];
-            let found = self.bundle.world.closest(&trail.ray);
-            if !wave.add_flat(self.bundle.world, path, found.as_ref()) {
+        wave.others.clear();
+        for i in 0..wave.walking.len() {
+            let (path, found) = (wave.walking[i], wave.found[i].take());
+            if !wave.add_flat(world, path, found.as_ref()) {
                 wave.others.push((path, found));
             }
         }
+        wave.walking.clear();
     }
 
     /// Finds where on flat triangles the hits are.
@@ -170,14 +187,22 @@ impl Walk<'_, '_> {
         let trail = &wave.trails[path];
         let vertex = wave.mattes.vertex(i, trail.ray.time);
         if wave.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
-            let known = (&vertex.from, &vertex.matte);
-            if wave.lamps.keep(chosen, u, known, (path, trail.throughput)) {
+            let (known, whose) = ((&vertex.from, &vertex.matte), (path as u32, trail.throughput));
+            if wave.lamps.keep(chosen, u, known, whose) {
                 wave.light(self.bundle.world);
             }
         } else {
-            let mut state = self.state(path as u32, *trail, false);
-            state.add_light_sample(chosen, u, &vertex, &vertex.from);
-            wave.trails[path].radiance = state.trail.radiance;
+            let state = self.state(path as u32, *trail, false);
+            let sample = state.unshadowed(chosen, u, &vertex, &vertex.from);
+            if let Some(arriving) = sample
+                && wave.shadows.push(
+                    path as u32,
+                    &arriving.shadow,
+                    trail.throughput * arriving.weighted(),
+                )
+            {
+                wave.trace_shadows(self.bundle.world);
+            }
         }
     }
 
@@ -265,11 +290,21 @@ impl Wave {
         trail.sample_all_count(lights).is_some()
     }
 
-    /// Adds the light that waits.
+    /// Computes the light that waits, but for what blocks it.
     fn light(&mut self, world: &World) {
+        let (shadows, trails) = (&mut self.shadows, &mut self.trails);
+        self.lamps.light(world, |path, shadow, light| {
+            if shadows.push(path, shadow, light) {
+                shadows.trace(world, |path, light| trails[path as usize].radiance += light);
+            }
+        });
+    }
+
+    /// Adds the light that nothing blocks.
+    fn trace_shadows(&mut self, world: &World) {
         let trails = &mut self.trails;
-        self.lamps
-            .light(world, |path, light| trails[path].radiance += light);
+        self.shadows
+            .trace(world, |path, light| trails[path as usize].radiance += light);
     }
 }
 
