@@ -7,10 +7,12 @@ use super::level::StoredMesh;
 use super::primitive::PrimitiveId;
 use super::search::ClosestHit;
 use super::{Geometry, PrimitiveAttributes};
+use crate::math::Vec3;
+#[cfg(test)]
+use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
-use crate::math::Vec3;
 use crate::shapes::local::Local;
 use crate::shapes::triangle::{Orientation, Triangle};
 
@@ -96,6 +98,12 @@ impl<const N: usize> FlatHits<N> {
     /// Finds the first `count` points, normals and error boxes.
     pub(crate) fn resolve(&mut self, count: usize) {
         vectorize::<N, _>(SideBySide { hits: self, count });
+    }
+
+    /// The same with these instructions.
+    #[cfg(test)]
+    pub(crate) fn resolve_with(&mut self, set: InstructionSet, count: usize) {
+        set.run(SideBySide { hits: self, count });
     }
 
     /// Position, half-widths of the error box, and unit geometric normal of a hit, and the direction back along its ray.

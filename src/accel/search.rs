@@ -24,18 +24,24 @@ pub struct ClosestHit {
     pub(super) t: f32,
 }
 
-/// A search in one level. `SHADOW` accepts any hit and evaluates shadow alpha too.
-pub(super) struct Search<'a, A, const SHADOW: bool> {
+/// What is searched: one level.
+#[derive(Clone, Copy)]
+pub(super) struct Scope<'a, A> {
     geometry: &'a Geometry,
     level: &'a Level,
     /// Transformation to render space, for all but the top level.
-    render_from_level: Option<DAffine3>,
+    render_from_level: Option<&'a DAffine3>,
+    alpha: &'a A,
+}
+
+/// A search in one level. `SHADOW` accepts any hit and evaluates shadow alpha too.
+pub(super) struct Search<'a, A, const SHADOW: bool> {
+    scope: &'a Scope<'a, A>,
     time: f32,
     o: Vec3,
     d: Vec3,
     /// In units of this level's ray.
     t_max: f32,
-    alpha: &'a A,
     /// `t` in units of this level's ray.
     pub found: Option<ClosestHit>,
 }
@@ -48,15 +54,13 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
         alpha: &'a A,
         found: &mut [Option<ClosestHit>],
     ) {
-        let searches = Searches::<A, SHADOW> {
+        let scope = Scope {
             geometry,
             level: &geometry.top,
             render_from_level: None,
             alpha,
-            rays: rays.iter(),
-            found: found.iter_mut(),
         };
-        searches.go();
+        Searches::<A, SHADOW>::go(&scope, rays, found);
     }
 
     /// The ray of this level in double precision, for non-triangle primitives.
@@ -77,14 +81,14 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
     /// Returns `true` if the surface is not cut out where the ray hits a triangle with an alpha texture.
     #[cold]
     fn is_solid(&self, id: PrimitiveId) -> bool {
-        let (mesh, i) = self.level.locate(id.index());
+        let (mesh, i) = self.scope.level.locate(id.index());
         let triangle = mesh.triangle(i);
         let (o, d) = self.precise();
         let Some(b) = triangle.barycentrics(o, d) else {
             return true;
         };
         let p = triangle.point(b);
-        let p = match &self.render_from_level {
+        let p = match self.scope.render_from_level {
             Some(affine) => affine.transform_point3(p),
             None => p,
         };
@@ -92,10 +96,10 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
             p: p.as_vec3(),
             uv: triangle.uv_at(b).as_vec2(),
             footprint: Footprint::default(),
-            face: self.level.face_ids.of(mesh.first, i),
+            face: self.scope.level.face_ids.of(mesh.first, i),
         };
         let solid = |input: Option<FloatInput>| {
-            input.is_none_or(|input| (self.alpha)(&input, &point) != 0.0)
+            input.is_none_or(|input| (self.scope.alpha)(&input, &point) != 0.0)
         };
         solid(mesh.attributes.alpha) && (!SHADOW || solid(mesh.attributes.shadow_alpha))
     }
@@ -107,20 +111,20 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
 
     fn quadric(&mut self, id: PrimitiveId) -> bool {
         let (o, d) = self.precise();
-        let t = self.level.quadrics[id.index()].quadric.distance(o, d);
+        let t = self.scope.level.quadrics[id.index()].quadric.distance(o, d);
         self.accept_nearer(id, t)
     }
 
     fn curve(&mut self, id: PrimitiveId) -> bool {
         let (o, d) = self.precise();
         let t_max = f64::from(self.t_max);
-        let hit = self.level.curves.intersect(id.index(), o, d, t_max);
+        let hit = self.scope.level.curves.intersect(id.index(), o, d, t_max);
         self.accept_nearer(id, hit.map(|hit| hit.t))
     }
 
     fn instance(&mut self, id: PrimitiveId) -> bool {
-        let instance = &self.level.instances[id.index()];
-        let level = instance.level(&self.geometry.objects);
+        let instance = &self.scope.level.instances[id.index()];
+        let level = instance.level(&self.scope.geometry.objects);
         self.search_inside(id, &instance.place(self.time), level)
     }
 
@@ -133,7 +137,6 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
         if t_max <= 0.0 {
             return false;
         }
-        let outward = place.outer_from_inner;
         let ray = Ray {
             o: inner.o.as_vec3(),
             d: inner.d.as_vec3(),
@@ -141,18 +144,16 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
             time: self.time,
         };
         let mut found = [None];
-        let searches = Searches::<A, SHADOW> {
-            geometry: self.geometry,
-            level,
-            render_from_level: Some(match &self.render_from_level {
-                Some(outer) => *outer * outward,
-                None => outward,
-            }),
-            alpha: self.alpha,
-            rays: std::slice::from_ref(&ray).iter(),
-            found: found.iter_mut(),
+        let render_from_level = match self.scope.render_from_level {
+            Some(outer) => *outer * place.outer_from_inner,
+            None => place.outer_from_inner,
         };
-        searches.go();
+        let scope = Scope {
+            level,
+            render_from_level: Some(&render_from_level),
+            ..*self.scope
+        };
+        Searches::<A, SHADOW>::go(&scope, std::slice::from_ref(&ray), &mut found);
         let [Some(found)] = found else {
             return false;
         };
@@ -161,43 +162,41 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
     }
 }
 
-/// Searches of one level, and what they find: nothing unless told.
-struct Searches<'a, 'r, A, const SHADOW: bool> {
-    geometry: &'a Geometry,
-    level: &'a Level,
-    /// See [`Search`].
-    render_from_level: Option<DAffine3>,
-    alpha: &'a A,
-    rays: std::slice::Iter<'r, Ray>,
-    found: std::slice::IterMut<'r, Option<ClosestHit>>,
+/// Searches in a scope, and what they find: nothing unless told.
+struct Searches<'a, A, const SHADOW: bool> {
+    scope: &'a Scope<'a, A>,
+    rays: std::slice::Iter<'a, Ray>,
+    found: std::slice::IterMut<'a, Option<ClosestHit>>,
 }
 
-impl<A: Alpha, const SHADOW: bool> Searches<'_, '_, A, SHADOW> {
-    fn go(self) {
-        let tree = &self.level.tree;
+impl<'a, A: Alpha, const SHADOW: bool> Searches<'a, A, SHADOW> {
+    fn go(scope: &'a Scope<'a, A>, rays: &'a [Ray], found: &'a mut [Option<ClosestHit>]) {
+        let tree = &scope.level.tree;
+        let searches = Searches::<A, SHADOW> {
+            scope,
+            rays: rays.iter(),
+            found: found.iter_mut(),
+        };
         if SHADOW {
-            tree.traverse::<LastFirst, _>(self);
+            tree.traverse::<LastFirst, _>(searches);
         } else {
-            tree.traverse::<NearestFirst, _>(self);
+            tree.traverse::<NearestFirst, _>(searches);
         }
     }
 }
 
-impl<'a, A: Alpha, const SHADOW: bool> Visitors for Searches<'a, '_, A, SHADOW> {
+impl<'a, A: Alpha, const SHADOW: bool> Visitors for Searches<'a, A, SHADOW> {
     type Visitor = Search<'a, A, SHADOW>;
 
     #[inline(always)]
     fn next(&mut self) -> Option<(Vec3, Vec3, Search<'a, A, SHADOW>)> {
         let ray = self.rays.next()?;
         let search = Search {
-            geometry: self.geometry,
-            level: self.level,
-            render_from_level: self.render_from_level,
+            scope: self.scope,
             time: ray.time,
             o: ray.o,
             d: ray.d,
             t_max: ray.t_max,
-            alpha: self.alpha,
             found: None,
         };
         Some((ray.o, ray.d, search))

@@ -39,7 +39,8 @@ impl Matte {
 
 impl Scattering for Matte {
     fn even_reflectance(&self) -> Option<Rgb> {
-        let (SpectrumInput::Constant(kd), FloatInput::Constant(sigma)) = (self.kd, self.sigma) else {
+        let (SpectrumInput::Constant(kd), FloatInput::Constant(sigma)) = (self.kd, self.sigma)
+        else {
             return None;
         };
         let reflectance = as_reflectance(kd);

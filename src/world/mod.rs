@@ -3,8 +3,8 @@
 
 use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit};
 use crate::bsdf::{Bsdf, BsdfSample};
-use crate::inputs::FloatInput;
 use crate::handles::{LightId, LightLayer, MaterialId, MediumId};
+use crate::inputs::FloatInput;
 use crate::lights::Light;
 use crate::materials::Material;
 use crate::materials::subsurface_transport::SubsurfaceTransport;

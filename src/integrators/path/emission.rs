@@ -97,7 +97,10 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     #[inline(always)]
     pub(super) fn add_emission(&mut self, hit: &GeometryHit) {
         if let Some(id) = hit.light {
-            let light = self.trail.mis.emitted(&self.context, &self.trail.ray, (hit, id));
+            let light = self
+                .trail
+                .mis
+                .emitted(&self.context, &self.trail.ray, (hit, id));
             self.gain_from(id, self.trail.throughput * light);
         }
     }

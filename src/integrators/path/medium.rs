@@ -47,15 +47,22 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             MediaSeen::Emission => (self.trail.specular_only, false),
         };
         if emits {
-            let light = self.trail.throughput * medium.emission(&self.trail.ray, t_max, self.context.stream);
+            let light = self.trail.throughput
+                * medium.emission(&self.trail.ray, t_max, self.context.stream);
             self.trail.radiance += light;
             self.context.part(None, light);
         }
         if !scatters {
-            self.trail.throughput *= medium.transmittance(&self.trail.ray, t_max, self.context.stream);
+            self.trail.throughput *=
+                medium.transmittance(&self.trail.ray, t_max, self.context.stream);
             return None;
         }
-        let (flight, phase) = medium.sample(&self.trail.ray, t_max, self.trail.throughput, self.context.stream);
+        let (flight, phase) = medium.sample(
+            &self.trail.ray,
+            t_max,
+            self.trail.throughput,
+            self.context.stream,
+        );
         self.trail.throughput *= flight.weight;
         let t = flight.scattered?;
         Some(MediumVertex {

@@ -16,13 +16,15 @@ mod lamps;
 mod medium;
 mod roulette;
 mod shadows;
+#[cfg(test)]
+mod testing;
 mod wave;
 
 pub use medium::MediaSeen;
 pub(super) use wave::Wave;
 
-use super::witness::Met;
 use super::context::{Bundle, Context, WAVE};
+use super::witness::Met;
 use super::{MAX_NULL_SURFACES, Sight, Transport};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
@@ -292,7 +294,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     #[inline(always)]
     fn arrive(&mut self, met: Met) {
         if WATCHED && self.reports {
-            self.context.arrive(self.trail.depth, met, self.trail.radiance);
+            self.context
+                .arrive(self.trail.depth, met, self.trail.radiance);
         }
     }
 }

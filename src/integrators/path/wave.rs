@@ -66,7 +66,8 @@ impl Walk<'_, '_> {
         let max_depth = self.path.max_depth;
         let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, None, max_depth);
         wave.trails.clear();
-        wave.trails.extend(self.bundle.paths.iter().take(WAVE).map(begin));
+        wave.trails
+            .extend(self.bundle.paths.iter().take(WAVE).map(begin));
         wave.walking.clear();
         wave.walking.extend(0..wave.trails.len() as u32);
         let mut is_first = true;
@@ -187,7 +188,10 @@ impl Walk<'_, '_> {
         let trail = &wave.trails[path];
         let vertex = wave.mattes.vertex(i, trail.ray.time);
         if wave.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
-            let (known, whose) = ((&vertex.from, &vertex.matte), (path as u32, trail.throughput));
+            let (known, whose) = (
+                (&vertex.from, &vertex.matte),
+                (path as u32, trail.throughput),
+            );
             if wave.lamps.keep(chosen, u, known, whose) {
                 wave.light(self.bundle.world);
             }

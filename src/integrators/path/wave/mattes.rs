@@ -6,6 +6,8 @@ use crate::integrators::vertex::MatteVertex;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
 use crate::math::frame::Frame;
+#[cfg(test)]
+use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::math::rows::Rows3;
 use crate::math::{Rgb, Vec2, Vec3};
@@ -119,6 +121,27 @@ impl<const N: usize> Mattes<N> {
         vectorize::<N, _>(Place {
             mattes: self,
             hits,
+            count,
+        });
+    }
+
+    /// The same with these instructions.
+    #[cfg(test)]
+    pub(super) fn place_with(&mut self, set: InstructionSet, hits: &FlatHits<N>) {
+        let count = self.count();
+        set.run(Place {
+            mattes: self,
+            hits,
+            count,
+        });
+    }
+
+    /// The same with these instructions.
+    #[cfg(test)]
+    pub(super) fn sample_with(&mut self, set: InstructionSet) {
+        let count = self.count();
+        set.run(Sample {
+            mattes: self,
             count,
         });
     }

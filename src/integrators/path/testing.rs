@@ -1,0 +1,92 @@
+//! Scenes for the tests of what is computed side by side.
+
+use crate::render::RenderJob;
+use crate::scene::{ReadSettings, read_scene};
+use crate::syntax::SourceMap;
+
+/// A white room, closed, so that paths are long, with two lamps and something glossy. Shading normals are not those of the floor.
+pub(super) const ROOM_WITH_LAMPS: &str = r#"
+    LookAt 0 0 -3.9  0 0 0  0 1 0
+    Camera "perspective" "float fov" 70
+    Film "image" "integer xresolution" 16 "integer yresolution" 16
+    Sampler "sobol" "integer pixelsamples" 16
+    Integrator "path" "integer maxdepth" 30 "float rrthreshold" 0
+    WorldBegin
+    Material "matte" "rgb Kd" [ .95 .9 .93 ]
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 4 5 6 4 6 7 0 1 5 0 5 4 3 2 6 3 6 7 0 3 7 0 7 4 1 2 6 1 6 5 ]
+        "point P" [ -4 -4 -4  4 -4 -4  4 4 -4  -4 4 -4  -4 -4 4  4 -4 4  4 4 4  -4 4 4 ]
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -3 -2 -3  3 -2 -3  3 -2 3  -3 -2 3 ]
+        "normal N" [ .1 1 0  0 1 .2  -.3 1 0  0 1 -.1 ]
+    Material "plastic"
+    Shape "sphere" "float radius" 1
+    Material "matte"
+    AreaLightSource "diffuse" "rgb L" [ 3 2 1 ]
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 3.9 -1  1 3.9 -1  1 3.9 1  -1 3.9 1 ]
+    Translate 2 0 -1
+    ReverseOrientation
+    AreaLightSource "diffuse" "rgb L" [ 1 2 3 ] "bool twosided" "true"
+    Shape "sphere" "float radius" .5
+    WorldEnd
+"#;
+
+/// Under the sky and lamps of other kinds, with something of everything that a path may meet.
+pub(super) const OUTDOORS: &str = r#"
+    LookAt 0 1 -6  0 .5 0  0 1 0
+    Camera "perspective" "float fov" 60
+    Film "image" "integer xresolution" 16 "integer yresolution" 16
+    Sampler "sobol" "integer pixelsamples" 16
+    Integrator "path" "integer maxdepth" 6
+    WorldBegin
+    LightSource "infinite" "rgb L" [ .3 .4 .6 ]
+    LightSource "point" "rgb I" [ 20 18 15 ] "point from" [ 3 5 -3 ]
+    LightSource "distant" "rgb L" [ 1 .9 .8 ] "point from" [ -1 2 -1 ] "point to" [ 0 0 0 ]
+    AttributeBegin
+    AreaLightSource "diffuse" "rgb L" [ 9 9 9 ]
+    Shape "disk" "float height" 4 "float radius" .5
+    AttributeEnd
+    AttributeBegin
+    AreaLightSource "diffuse" "rgb L" [ 5 6 7 ]
+    Translate -3 2 0
+    Shape "sphere" "float radius" .3
+    AttributeEnd
+    Texture "tiles" "spectrum" "checkerboard" "float uscale" 20 "float vscale" 20 "rgb tex1" [ .8 .7 .6 ] "rgb tex2" [ .1 .2 .1 ]
+    Material "matte" "texture Kd" "tiles"
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -9 0 -9  9 0 -9  9 0 9  -9 0 9 ] "float uv" [ 0 0 1 0 1 1 0 1 ]
+    Material "matte" "rgb Kd" [ .6 .5 .4 ] "float sigma" 20
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -4 0 3  4 0 3  4 3 3.5  -4 3 3.5 ]
+    Material "matte" "rgb Kd" [ .5 .5 .9 ]
+    Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -2 .4 -2  40 .4 90  40 .4001 91 ]
+    ObjectBegin "post"
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -.1 0 0  .1 0 0  .1 1 0  -.1 1 0 ]
+    ObjectEnd
+    AttributeBegin
+    Translate 1.5 0 -1
+    ObjectInstance "post"
+    AttributeEnd
+    Material "glass"
+    Translate 0 .7 0
+    Shape "sphere" "float radius" .6
+    Material "none"
+    Shape "sphere" "float radius" .8
+    Material "mirror"
+    Translate 1.4 0 1
+    Shape "sphere" "float radius" .5
+    Material "translucent"
+    Translate -2.8 0 0
+    Shape "sphere" "float radius" .5
+    Material "subsurface" "string name" "Skin1" "float scale" 20
+    Translate 0 0 -1.5
+    Shape "sphere" "float radius" .4
+    WorldEnd
+"#;
+
+/// The scene of this text.
+pub(super) fn job(text: &str) -> RenderJob {
+    let sources = SourceMap::new();
+    let main = sources.add_text("scene.pbrt", text.to_string());
+    let (mut scene, _) = read_scene(&sources, main, &ReadSettings::default());
+    let frame = scene.frames.pop().expect("a frame");
+    let (built, diagnostics) = crate::build::build(frame, 0);
+    assert!(!diagnostics.has_errors());
+    built.expect("a scene").job
+}

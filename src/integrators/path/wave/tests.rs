@@ -1,0 +1,200 @@
+use super::super::testing::{OUTDOORS, ROOM_WITH_LAMPS, job};
+use super::*;
+use crate::accel::GeometryHit;
+use crate::bsdf::Bsdf;
+use crate::cameras::{CameraRay, CameraSample};
+use crate::integrators::{CameraEnd, Workspace};
+use crate::math::color::is_black;
+use crate::math::hash::{mix2, unit_float};
+use crate::math::instruction_set::InstructionSet;
+use crate::math::{IVec2, Vec2, Vec3};
+use crate::render::RenderJob;
+use crate::samplers::SampleStream;
+
+/// Of an image of 16 × 16 pixels.
+const PIXELS: u32 = 256;
+
+/// The samples of a pixel, their rays, and the numbers of their paths.
+fn samples(job: &RenderJob, pixel: u32) -> Vec<(CameraSample, CameraRay, SampleStream)> {
+    let sample = |index: u32| {
+        let sample = CameraSample {
+            raster: [pixel % 16, pixel / 16].map(|x| x as f32 + 0.5).into(),
+            time: 0.0,
+            lens: Vec2::splat(unit_float(mix2(pixel.into(), index.into()))),
+            wavelength: 0.5,
+        };
+        let ray = job.camera.ray(&sample, job.world.needs_footprint());
+        let at = IVec2::new(pixel as i32 % 16, pixel as i32 / 16);
+        (sample, ray.expect("a ray"), job.sampler.stream(at, index))
+    };
+    (0..16).map(sample).collect()
+}
+
+fn bits(colors: &[Rgb]) -> Vec<[u32; 3]> {
+    let bits = |color: &Rgb| color.to_array().map(f32::to_bits);
+    colors.iter().map(bits).collect()
+}
+
+/// The radiances along all camera rays, in waves of this many.
+fn in_waves(job: &RenderJob, of: usize) -> Vec<Rgb> {
+    let mut all: Vec<_> = (0..PIXELS).flat_map(|pixel| samples(job, pixel)).collect();
+    let mut workspace = job.integrator.workspace(&job.world);
+    let mut radiances = Vec::new();
+    for some in all.chunks_mut(of) {
+        let path = |(sample, ray, stream)| {
+            let (sample, ray): (&CameraSample, &CameraRay) = (sample, ray);
+            CameraPath {
+                end: end(job, sample, ray),
+                differentials: ray.scaled_differentials(1.0),
+                stream,
+            }
+        };
+        let mut paths: Vec<CameraPath> = some
+            .iter_mut()
+            .map(|(s, r, t)| path((&*s, &*r, t)))
+            .collect();
+        radiances.extend(
+            job.integrator
+                .radiances(&job.world, &mut paths, &mut workspace),
+        );
+    }
+    radiances
+}
+
+fn end<'a>(job: &'a RenderJob, sample: &'a CameraSample, ray: &'a CameraRay) -> CameraEnd<'a> {
+    CameraEnd {
+        camera: &job.camera,
+        sample,
+        ray,
+        film_density: 1.0,
+        light_paths: 0.0,
+    }
+}
+
+/// The radiance along each camera ray by itself.
+fn one_by_one(job: &RenderJob) -> Vec<Rgb> {
+    let mut workspace = Workspace::default();
+    let all = (0..PIXELS).flat_map(|pixel| samples(job, pixel));
+    let radiance = |(sample, ray, mut stream): (CameraSample, CameraRay, SampleStream)| {
+        let differentials = ray.scaled_differentials(1.0);
+        let (end, differentials) = (end(job, &sample, &ray), differentials.as_ref());
+        let world = &job.world;
+        let integrator = &job.integrator;
+        integrator.radiance(
+            world,
+            &end,
+            differentials,
+            &mut stream,
+            &mut workspace,
+            None,
+        )
+    };
+    all.map(radiance).collect()
+}
+
+#[test]
+fn a_path_brings_the_same_in_any_wave_as_by_itself() {
+    for text in [ROOM_WITH_LAMPS, OUTDOORS] {
+        let job = job(text);
+        let expected = one_by_one(&job);
+        let lit = expected.iter().filter(|&&light| !is_black(light)).count();
+        assert!(lit > expected.len() * 9 / 10, "{lit}");
+        for of in [1, 7, 64, WAVE] {
+            assert_eq!(bits(&in_waves(&job, of)), bits(&expected), "waves of {of}");
+        }
+    }
+}
+
+/// Hits of flat triangles by rays from all over the place.
+fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryHit)>) {
+    let number = |k: u64| unit_float(mix2(seed, k));
+    let vector = |k: u64| Vec3::new(number(k), number(k + 1), number(k + 2));
+    let rays = (0..).map(|k| {
+        let (mut o, mut d) = (
+            6.0 * vector(6 * k + 3) - Vec3::splat(3.0),
+            2.0 * vector(6 * k) - Vec3::ONE,
+        );
+        if k % 8 == 0 {
+            // Along the floor of the room.
+            (o.y, d.y) = (-3.99, -0.004);
+        }
+        Ray::new(o, d.normalize_or(Vec3::Z), 0.0)
+    });
+    let (mut flats, mut hits) = (FlatHits::default(), Vec::new());
+    for ray in rays {
+        let mut found = [None];
+        job.world.closest(std::slice::from_ref(&ray), &mut found);
+        if let Some(found) = found[0]
+            && let Some(triangle) = job.world.geometry.flat(&found)
+        {
+            flats.set(hits.len(), &ray, (&triangle, &found));
+            hits.push((ray, job.world.surface(&ray, &found).expect("a hit")));
+            if hits.len() == WAVE {
+                break;
+            }
+        }
+    }
+    (flats, hits)
+}
+
+#[test]
+fn all_instructions_find_the_same_points_and_directions() {
+    let (mut grazing, mut gone_on) = (0, 0);
+    for (text, seed) in [ROOM_WITH_LAMPS, OUTDOORS].into_iter().zip(0..) {
+        let job = job(text);
+        let (mut flats, hits) = flat_hits(&job, seed);
+        for set in InstructionSet::available() {
+            flats.resolve_with(set, WAVE);
+            let mut mattes = Mattes::<WAVE>::default();
+            let reflectance = |i: usize| Rgb::new(0.1, 0.9, i as f32 / WAVE as f32);
+            for i in 0..WAVE {
+                mattes.add_flat(i as u32, reflectance(i), Rgb::splat(0.7));
+                mattes.set_number(i, number(seed, i));
+            }
+            mattes.place_with(set, &flats);
+            mattes.sample_with(set);
+            for (i, (ray, hit)) in hits.iter().enumerate() {
+                if flats.grazing(i).is_some() {
+                    grazing += 1;
+                    continue;
+                }
+                let ((p, p_error, n), wo) = flats.point(i);
+                let surface = &hit.surface;
+                let expected = [surface.p, surface.p_error, surface.n, -ray.d];
+                assert_eq!(bits(&[p, p_error, n, wo]), bits(&expected));
+                let next = mattes.next(i);
+                let found =
+                    next.map(|next| [next.throughput, next.o, next.d, Rgb::splat(next.pdf)]);
+                let expected = step(hit, reflectance(i), number(seed, i));
+                assert_eq!(
+                    found.map(|found| bits(&found)),
+                    expected.map(|next| bits(&next))
+                );
+                gone_on += usize::from(expected.is_some());
+            }
+        }
+    }
+    assert!(grazing > 0 && gone_on > WAVE, "{grazing} {gone_on}");
+}
+
+fn number(seed: u64, i: usize) -> Vec2 {
+    let number = |k| unit_float(mix2(seed, 1000 + 2 * i as u64 + k));
+    match i {
+        0 => Vec2::splat(0.5),
+        1 => Vec2::ZERO,
+        _ => Vec2::new(number(0), number(1)),
+    }
+}
+
+/// Throughput, ray and density after BSDF sampling at a matte surface, by itself.
+fn step(hit: &GeometryHit, reflectance: Rgb, u: Vec2) -> Option<[Rgb; 4]> {
+    let mut bsdf = Bsdf::new(hit.surface.n, &hit.surface.shading);
+    bsdf.add(crate::bsdf::Lobe::LambertianReflection(
+        crate::bsdf::lambertian::LambertianReflection { reflectance },
+    ));
+    let sample = bsdf.sample(hit.surface.wo, 0.0, u)?;
+    let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+    let throughput = Rgb::splat(0.7) * (sample.f * (cosine / sample.pdf));
+    let ray = hit.surface.spawn_ray(sample.wi);
+    Some([throughput, ray.o, ray.d, Rgb::splat(sample.pdf)])
+}
