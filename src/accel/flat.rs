@@ -113,6 +113,12 @@ impl<const N: usize> FlatHits<N> {
         (point, -self.d.get(i))
     }
 
+    /// What was found.
+    #[inline(always)]
+    pub(crate) fn found(&self, i: usize) -> Option<ClosestHit> {
+        self.found[i]
+    }
+
     /// What was found, where the ray grazes the triangle: then the point means nothing, and must be found with more care.
     #[inline(always)]
     pub(crate) fn grazing(&self, i: usize) -> Option<ClosestHit> {

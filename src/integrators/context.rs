@@ -46,6 +46,8 @@ pub struct CameraPath<'a> {
     pub differentials: Option<RayDifferentials>,
     /// Of the path, after the camera's.
     pub stream: &'a mut SampleStream,
+    /// What looks at the path, for layers.
+    pub watch: Option<&'a mut Watch>,
 }
 
 /// Camera paths, at most [`WAVE`], and what they are traced in.
@@ -64,6 +66,7 @@ impl Bundle<'_, '_> {
             end,
             differentials,
             stream,
+            watch,
         } = &mut self.paths[path];
         Context {
             world: self.world,
@@ -73,7 +76,7 @@ impl Bundle<'_, '_> {
             differentials: differentials.as_ref(),
             end,
             workspace: self.workspace,
-            watch: None,
+            watch: watch.as_deref_mut(),
         }
     }
 }
@@ -89,7 +92,7 @@ pub(super) struct Context<'a> {
     /// How the ray was made.
     pub end: &'a CameraEnd<'a>,
     pub workspace: &'a mut Workspace,
-    /// For samples that are traced again because they were not finite.
+    /// For layers, for counts, and for samples that are traced again because they were not finite.
     pub watch: Option<&'a mut Watch>,
 }
 
@@ -113,8 +116,8 @@ impl Context<'_> {
     /// Adds light that the path brings to its layer, if any are wanted; `None`: of no light.
     #[inline(always)]
     pub(super) fn part(&mut self, from: Option<LightId>, light: Rgb) {
-        if let Some(parts) = self.watch.as_mut().and_then(|watch| watch.parts.as_mut()) {
-            parts.add(self.world.light_layer(from), light);
+        if let Some(watch) = &mut self.watch {
+            watch.part(self.world.light_layer(from), light);
         }
     }
 

@@ -73,46 +73,80 @@ impl Default for Sight {
 impl Sight {
     /// Meets a surface with a material; `has_interior`: there is a medium inside, into which no sight goes.
     pub(super) fn meet(&mut self, ray: &Ray, hit: &GeometryHit, bsdf: &Bsdf, has_interior: bool) {
-        if self.state != State::Looking {
+        if !self.is_looking() {
             return;
         }
         let surface = &hit.surface;
-        let found = self.found.get_or_insert(FirstSurfaces {
-            p: surface.p,
-            uv: (surface.dpdu != Vec3::ZERO).then_some(surface.uv),
-            ray: *ray,
-            found: hit.found,
-            material: hit.material,
-            albedo: Rgb::ZERO,
-            normal: Vec3::ZERO,
-        });
+        let uv = (surface.dpdu != Vec3::ZERO).then_some(surface.uv);
+        let found = self.find(ray, (&hit.found, hit.material), (surface.p, uv));
         if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
             return;
         }
-        let n = bsdf.shading_normal();
-        found.normal = if n.dot(surface.wo) < 0.0 { -n } else { n };
+        found.turn(bsdf.shading_normal(), surface.wo);
         self.state = State::AtLast;
         if let Some(albedo) = bsdf.diffuse_reflectance() {
-            found.albedo = self.share * albedo;
-            self.state = State::Done;
+            self.stay(albedo);
         }
+    }
+
+    /// Meets, at `p`, a matte surface with this shading normal, of which nothing asks for (u, v).
+    pub(super) fn meet_matte(
+        &mut self,
+        ray: &Ray,
+        hit: (&ClosestHit, Option<MaterialId>),
+        (p, n): (Vec3, Vec3),
+        reflectance: Rgb,
+    ) {
+        if self.is_looking() {
+            self.find(ray, hit, (p, None)).turn(n, -ray.d);
+            self.stay(reflectance);
+        }
+    }
+
+    /// Nothing is known yet of the first surface that is not perfectly specular.
+    #[inline(always)]
+    pub(super) fn is_looking(&self) -> bool {
+        self.state == State::Looking
+    }
+
+    /// The first surface, which may be this one.
+    fn find(
+        &mut self,
+        ray: &Ray,
+        (found, material): (&ClosestHit, Option<MaterialId>),
+        (p, uv): (Vec3, Option<Vec2>),
+    ) -> &mut FirstSurfaces {
+        self.found.get_or_insert(FirstSurfaces {
+            p,
+            uv,
+            ray: *ray,
+            found: *found,
+            material,
+            albedo: Rgb::ZERO,
+            normal: Vec3::ZERO,
+        })
+    }
+
+    /// Looks no further.
+    fn stay(&mut self, albedo: Rgb) {
+        if let Some(found) = &mut self.found {
+            found.albedo = self.share * albedo;
+        }
+        self.state = State::Done;
     }
 
     /// The path goes on from that surface, or does not.
     pub(super) fn scatter(&mut self, bsdf: &Bsdf, sample: Option<&BsdfSample>) {
         let weight = sample.map_or(Rgb::ZERO, |sample| weight(bsdf, sample));
-        match (self.state, &mut self.found) {
-            (State::Looking, _) => {
+        match self.state {
+            State::Looking => {
                 self.share *= weight;
                 self.specular += 1;
                 if sample.is_none() || self.specular > MAX_SPECULAR {
                     self.state = State::Done;
                 }
             }
-            (State::AtLast, Some(found)) => {
-                found.albedo = self.share * weight;
-                self.state = State::Done;
-            }
+            State::AtLast => self.stay(weight),
             _ => {}
         }
     }
@@ -134,6 +168,13 @@ impl Sight {
     /// What has been met, nothing perhaps; `None` if the path has not told it.
     pub fn known(&self) -> Option<Option<FirstSurfaces>> {
         (self.state == State::Done).then(|| self.found.map(finite))
+    }
+}
+
+impl FirstSurfaces {
+    /// Sets the normal, turned to where the ray came from.
+    fn turn(&mut self, n: Vec3, wo: Vec3) {
+        self.normal = if n.dot(wo) < 0.0 { -n } else { n };
     }
 }
 

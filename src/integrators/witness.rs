@@ -3,7 +3,7 @@
 
 use super::counts::Counts;
 use super::{LightParts, Sight};
-use crate::handles::{LightId, MaterialId};
+use crate::handles::{LightId, LightLayer, MaterialId};
 use crate::math::Rgb;
 
 /// What a path met.
@@ -48,6 +48,20 @@ impl Watch {
         }
     }
 
+    /// Looks at the next path for layers, `at_light` for those of light too.
+    pub fn look(&mut self, at_light: bool) {
+        self.sight = Some(Sight::default());
+        self.parts = at_light.then(LightParts::default);
+    }
+
+    /// Counts, where that is asked for.
+    #[inline(always)]
+    pub fn count(&mut self, add: impl FnOnce(&mut Counts)) {
+        if let Some(counts) = &mut self.counts {
+            add(counts);
+        }
+    }
+
     /// Whether it wants to know of every step, and not only of what is met first.
     pub(super) fn reports(&self) -> bool {
         self.counts.is_some() || self.parts.is_some() || self.sight.is_none()
@@ -69,6 +83,14 @@ impl Watch {
         self.wrong |= !radiance.is_finite();
         if !self.wrong {
             self.last = Some(place);
+        }
+    }
+
+    /// The path brings light of this layer.
+    #[inline(always)]
+    pub(super) fn part(&mut self, from: LightLayer, light: Rgb) {
+        if let Some(parts) = &mut self.parts {
+            parts.add(from, light);
         }
     }
 

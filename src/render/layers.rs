@@ -5,7 +5,6 @@ use crate::cameras::CameraRay;
 use crate::film::{Layer, LayerSample, MatteId};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
-use crate::math::ray::RayDifferentials;
 use crate::math::{DVec2, DVec3, Vec2};
 use crate::samplers::SampleStream;
 
@@ -18,33 +17,57 @@ pub(super) struct Seen {
     pub parts: Option<LightParts>,
 }
 
-/// Of a ray that has left the lens and whose path `watch` has looked at; see [`sample`].
+/// Looks at one of many paths that are traced together.
+pub(super) struct Look {
+    pub watch: Watch,
+    /// The integrator draws from a copy.
+    stream: SampleStream,
+}
+
+impl Look {
+    pub(super) fn new(job: &RenderJob, stream: SampleStream) -> Look {
+        let mut watch = Watch::default();
+        watch.look(job.film.layers.lights() > 0);
+        Look { watch, stream }
+    }
+
+    /// What a camera ray shows, or `None`, which has not left the lens; see [`seen`].
+    pub(super) fn seen(mut self, job: &RenderJob, ray: Option<&CameraRay>, spacing: f32) -> Seen {
+        match ray {
+            Some(ray) => seen(job, (ray, spacing), self.stream, &mut self.watch),
+            None => Seen::default(),
+        }
+    }
+}
+
+/// Of a ray that has left the lens and whose path `watch` has looked at, of samples this far apart, in pixels; see [`sample`].
 pub(super) fn seen(
     job: &RenderJob,
-    camera_ray: &CameraRay,
-    differentials: Option<&RayDifferentials>,
+    camera_ray: (&CameraRay, f32),
     stream: SampleStream,
     watch: &mut Watch,
 ) -> Seen {
     Seen {
         parts: watch.parts.take(),
-        surface: sample(job, camera_ray, differentials, stream, watch),
+        surface: sample(job, camera_ray, stream, watch),
     }
 }
 
-/// Of a ray that has left the lens and whose path `watch` has looked at; `None` if it meets no surface. `stream` is what the
-/// integrator has drawn from.
+/// `None` if the ray meets no surface. `stream` is what the integrator has drawn from.
 #[inline(never)]
 fn sample(
     job: &RenderJob,
-    camera_ray: &CameraRay,
-    differentials: Option<&RayDifferentials>,
+    (camera_ray, spacing): (&CameraRay, f32),
     stream: SampleStream,
     watch: &mut Watch,
 ) -> Option<LayerSample> {
     let ray = &camera_ray.ray;
+    let trace = || {
+        let differentials = camera_ray.scaled_differentials(spacing);
+        first_surfaces(&job.world, ray, differentials.as_ref(), stream)
+    };
     let known = watch.sight.take().as_ref().and_then(Sight::known);
-    let found = known.unwrap_or_else(|| first_surfaces(&job.world, ray, differentials, stream))?;
+    let found = known.unwrap_or_else(trace)?;
     let parameters = || job.world.surface_parameters(&found.ray, &found.found);
     let uv = match job.film.layers.contains(Layer::Uv) {
         true => found.uv.unwrap_or_else(parameters),

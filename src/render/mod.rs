@@ -35,14 +35,12 @@ use crate::film::{
 };
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{
-    CameraEnd, CameraPath, Counts, Integrator, LightParts, Sight, WAVE, Workspace,
-};
+use crate::integrators::{CameraEnd, CameraPath, Counts, Integrator, WAVE, Workspace};
 use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
-use layers::Seen;
+use layers::{Look, Seen};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -197,6 +195,7 @@ fn sample_tile(
     let mut rays = ArrayVec::<Option<CameraRay>, WAVE>::new();
     let mut bundle = ArrayVec::new();
     let has_layers = tile.has_layers();
+    let mut looks = Vec::new();
     let mut workspace = job.integrator.workspace(&job.world);
     let mut indices = bounds
         .pixels()
@@ -215,19 +214,28 @@ fn sample_tile(
             job.camera.rays(samples, want_differentials, &mut bundle);
             rays.extend(bundle.drain(..));
         }
-        if has_layers || watch.is_some() {
+        if let Some(watch) = watch.as_deref_mut() {
             for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
-                let own = (&mut workspace, watch.as_deref_mut());
+                let own = (&mut workspace, &mut *watch);
                 let (radiance, seen) =
                     waiting.trace((job, &all), sample, ray.as_ref(), own, has_layers);
                 waiting.finish(ray.as_ref(), radiance, seen, tile);
             }
         } else {
-            let radiances = radiances((job, &all), &samples, &rays, &mut waiting, &mut workspace);
+            if has_layers {
+                looks.extend(waiting.iter().map(|waiting| Look::new(job, waiting.stream)));
+            }
+            let camera = (samples.as_slice(), rays.as_slice());
+            let own = (&mut workspace, looks.as_mut_slice());
+            let radiances = radiances((job, &all), camera, &mut waiting, own);
             let mut radiances = radiances.into_iter();
+            let mut looks = looks.drain(..);
             for (waiting, ray) in waiting.drain(..).zip(&rays) {
                 let radiance = ray.as_ref().and_then(|_| radiances.next());
-                waiting.finish(ray.as_ref(), radiance.unwrap_or_default(), None, tile);
+                let seen = looks
+                    .next()
+                    .map(|look| look.seen(job, ray.as_ref(), all.spacing));
+                waiting.finish(ray.as_ref(), radiance.unwrap_or_default(), seen, tile);
             }
         }
         samples.clear();
@@ -235,25 +243,27 @@ fn sample_tile(
     }
 }
 
-/// The radiance along each of these rays.
+/// The radiance along each of these rays, at which `looks` look, if any do.
 fn radiances(
     (job, all): (&RenderJob, &OfAll),
-    samples: &[CameraSample],
-    rays: &[Option<CameraRay>],
+    (samples, rays): (&[CameraSample], &[Option<CameraRay>]),
     waiting: &mut [PendingSample],
-    workspace: &mut Workspace,
+    (workspace, looks): (&mut Workspace, &mut [Look]),
 ) -> ArrayVec<Rgb, WAVE> {
+    let mut watches = looks.iter_mut().map(|look| &mut look.watch);
     let all_paths = waiting.iter_mut().zip(samples).zip(rays);
     let path = |((waiting, sample), ray)| {
         let (waiting, ray): (&mut PendingSample, &Option<CameraRay>) = (waiting, ray);
+        let watch = watches.next();
         let ray = ray.as_ref()?;
         Some(CameraPath {
             end: waiting.camera_end(job, sample, ray, all),
             differentials: ray.scaled_differentials(all.spacing),
             stream: &mut waiting.stream,
+            watch,
         })
     };
-    let mut paths: Vec<CameraPath> = all_paths.filter_map(path).collect();
+    let mut paths: ArrayVec<CameraPath, WAVE> = all_paths.filter_map(path).collect();
     let (integrator, world) = (&job.integrator, &job.world);
     integrator.radiances(world, &mut paths, workspace)
 }
@@ -367,36 +377,30 @@ impl PendingSample {
         (job, all): (&RenderJob, &OfAll),
         sample: &CameraSample,
         ray: Option<&CameraRay>,
-        (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
+        (workspace, watch): (&mut Workspace, &mut Watch),
         has_layers: bool,
     ) -> (Rgb, Option<Seen>) {
         let Some(camera_ray) = ray else {
-            count(watch, |counts| counts.blocked += 1);
+            watch.count(|counts| counts.blocked += 1);
             return (Rgb::ZERO, has_layers.then(Seen::default));
         };
         let differentials = camera_ray.scaled_differentials(all.spacing);
-        let differentials = differentials.as_ref();
         let end = self.camera_end(job, sample, camera_ray, all);
-        let mut own;
+        let untouched = self.stream;
         if has_layers {
-            own = Watch::default();
-            let watch = watch.get_or_insert(&mut own);
-            watch.sight = Some(Sight::default());
-            watch.parts = (job.film.layers.lights() > 0).then(LightParts::default);
+            watch.look(job.film.layers.lights() > 0);
         }
-        let untouched = has_layers.then_some(self.stream);
         let radiance = job.integrator.radiance(
             &job.world,
             &end,
-            differentials,
+            differentials.as_ref(),
             &mut self.stream,
             workspace,
-            watch.as_deref_mut(),
+            Some(watch),
         );
-        let seen = untouched.zip(watch.as_deref_mut());
         let seen =
-            seen.map(|(stream, watch)| layers::seen(job, camera_ray, differentials, stream, watch));
-        count(watch, Counts::end_path);
+            has_layers.then(|| layers::seen(job, (camera_ray, all.spacing), untouched, watch));
+        watch.count(Counts::end_path);
         (radiance, seen)
     }
 
@@ -419,13 +423,5 @@ impl PendingSample {
             return;
         }
         tile.add_colored_sample(self.pixel, radiance, weight);
-    }
-}
-
-/// Counts, where that is asked for.
-#[inline(always)]
-fn count(watch: Option<&mut Watch>, add: impl FnOnce(&mut Counts)) {
-    if let Some(counts) = watch.and_then(|watch| watch.counts.as_mut()) {
-        add(counts);
     }
 }

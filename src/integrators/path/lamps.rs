@@ -5,6 +5,7 @@
 //! over them that has no branches: it is compiled to vector instructions. Bits are those of one at a time.
 
 use super::emitter_sampling::weighted;
+use super::shadows::Gain;
 use crate::bsdf::{Matte, MatteRows};
 use crate::handles::LightId;
 use crate::lights::{Glow, Light};
@@ -73,8 +74,8 @@ impl Lamps {
         waiting.count == ROOM
     }
 
-    /// Computes all that waits: `add(path, shadow, light)` for what arrives where nothing blocks the shadow ray.
-    pub(super) fn light(&mut self, world: &World, mut add: impl FnMut(u32, &Ray, Rgb)) {
+    /// Computes all that waits: shadow rays, and what is gained where nothing blocks them.
+    pub(super) fn light(&mut self, world: &World, mut add: impl FnMut(&Ray, Gain)) {
         for (waiting, light) in self.0.iter_mut().zip(0..) {
             if let Some(waiting) = waiting.as_deref_mut().filter(|waiting| waiting.count > 0) {
                 waiting.light(world, LightId(light), &mut add);
@@ -110,8 +111,8 @@ impl Default for Waiting {
 }
 
 impl Waiting {
-    fn light(&mut self, world: &World, light: LightId, add: &mut impl FnMut(u32, &Ray, Rgb)) {
-        match world.light(light).shape() {
+    fn light(&mut self, world: &World, from: LightId, add: &mut impl FnMut(&Ray, Gain)) {
+        match world.light(from).shape() {
             Some((Emitter::Parallelogram(piece), glow)) => self.sample(&**piece, glow),
             Some((Emitter::Sphere(ball), glow)) => self.sample(&ball.far(), glow),
             _ => {}
@@ -119,9 +120,9 @@ impl Waiting {
         let count = std::mem::take(&mut self.count);
         let kept = self.vertices.time.iter().zip(&self.paths).take(count);
         for ((&time, &path), i) in kept.zip(0..) {
-            let value = self.samples.value.get(i);
-            if !is_black(value) {
-                add(path, &self.samples.shadow(i, time), value);
+            let light = self.samples.value.get(i);
+            if !is_black(light) {
+                add(&self.samples.shadow(i, time), Gain { path, from, light });
             }
         }
     }

@@ -125,9 +125,12 @@ impl Transport for Path {
         let world = bundle.world;
         let wave = bundle.workspace.wave.take();
         let mut wave = wave.unwrap_or_else(|| Box::new(Wave::new(world)));
-        let mut walk = Walk { path: self, bundle };
-        walk.radiances(&mut wave, out);
-        walk.bundle.workspace.wave = Some(wave);
+        let is_watched = bundle.paths.iter().any(|path| path.watch.is_some());
+        let workspace = match is_watched {
+            false => Walk::<false> { path: self, bundle }.radiances(&mut wave, out),
+            true => Walk::<true> { path: self, bundle }.radiances(&mut wave, out),
+        };
+        workspace.wave = Some(wave);
     }
 
     fn path(&self) -> Option<Path> {

@@ -24,7 +24,7 @@ pub(super) const ROOM_WITH_LAMPS: &str = r#"
     Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 3.9 -1  1 3.9 -1  1 3.9 1  -1 3.9 1 ]
     Translate 2 0 -1
     ReverseOrientation
-    AreaLightSource "diffuse" "rgb L" [ 1 2 3 ] "bool twosided" "true"
+    AreaLightSource "diffuse" "rgb L" [ 1 2 3 ] "bool twosided" "true" "string group" "ball"
     Shape "sphere" "float radius" .5
     WorldEnd
 "#;
@@ -37,8 +37,8 @@ pub(super) const OUTDOORS: &str = r#"
     Sampler "sobol" "integer pixelsamples" 16
     Integrator "path" "integer maxdepth" 6
     WorldBegin
-    LightSource "infinite" "rgb L" [ .3 .4 .6 ]
-    LightSource "point" "rgb I" [ 20 18 15 ] "point from" [ 3 5 -3 ]
+    LightSource "infinite" "rgb L" [ .3 .4 .6 ] "string group" "sky"
+    LightSource "point" "rgb I" [ 20 18 15 ] "string group" "lamp" "point from" [ 3 5 -3 ]
     LightSource "distant" "rgb L" [ 1 .9 .8 ] "point from" [ -1 2 -1 ] "point to" [ 0 0 0 ]
     AttributeBegin
     AreaLightSource "diffuse" "rgb L" [ 9 9 9 ]

@@ -10,11 +10,11 @@ mod mattes;
 
 use super::emission::{MisState, Sampled};
 use super::lamps::Lamps;
-use super::shadows::Shadows;
+use super::shadows::{Gain, Shadows};
 use super::{Path, PathState, Trail};
 use crate::accel::{ClosestHit, FlatHits};
 use crate::handles::LightId;
-use crate::integrators::context::{Bundle, CameraPath, Lights, WAVE};
+use crate::integrators::context::{Bundle, CameraPath, Lights, WAVE, Workspace};
 use crate::math::Rgb;
 use crate::math::ray::Ray;
 use crate::world::World;
@@ -54,15 +54,19 @@ impl Wave {
     }
 }
 
-/// A wave's work.
-pub(super) struct Walk<'a, 'p> {
+/// A wave's work. `WATCHED`: layers look at the paths.
+pub(super) struct Walk<'a, 'p, const WATCHED: bool> {
     pub path: &'a Path,
     pub bundle: Bundle<'a, 'p>,
 }
 
-impl Walk<'_, '_> {
-    /// The radiance along each path.
-    pub(super) fn radiances(&mut self, wave: &mut Wave, out: &mut ArrayVec<Rgb, WAVE>) {
+impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
+    /// The radiance along each path. Returns what else the bundle has lent.
+    pub(super) fn radiances(
+        mut self,
+        wave: &mut Wave,
+        out: &mut ArrayVec<Rgb, WAVE>,
+    ) -> &'a mut Workspace {
         let max_depth = self.path.max_depth;
         let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, None, max_depth);
         wave.trails.clear();
@@ -76,6 +80,7 @@ impl Walk<'_, '_> {
             is_first = false;
         }
         out.extend(wave.trails.iter().map(|trail| trail.radiance));
+        self.bundle.workspace
     }
 
     /// Extends all paths by a vertex.
@@ -87,7 +92,7 @@ impl Walk<'_, '_> {
             self.extend_alone(wave, path, found, is_first);
         }
         self.sample_lights(wave);
-        wave.trace_shadows(self.bundle.world);
+        self.trace_shadows(wave);
         self.sample_directions(wave);
     }
 
@@ -122,7 +127,29 @@ impl Walk<'_, '_> {
                     wave.mattes.place_alone(i, &hit.surface);
                 }
             }
+            if WATCHED {
+                self.look_at_flat(wave, i);
+            }
         }
+    }
+
+    /// Looks at a flat triangle, for layers.
+    fn look_at_flat(&mut self, wave: &Wave, i: usize) {
+        let (world, path) = (self.bundle.world, wave.mattes.path(i));
+        let watch = self.bundle.paths[path].watch.as_mut();
+        let sight = watch.and_then(|watch| watch.sight.as_mut());
+        let (Some(sight), Some(found)) = (
+            sight.filter(|sight| sight.is_looking()),
+            wave.flats.found(i),
+        ) else {
+            return;
+        };
+        let flat = world.geometry.flat(&found);
+        let material = flat.and_then(|triangle| triangle.attributes().material);
+        let ray = &wave.trails[path].ray;
+        let from = wave.mattes.from(i, ray.time);
+        let reflectance = wave.mattes.reflectance(i);
+        sight.meet_matte(ray, (&found, material), (from.p, from.n), reflectance);
     }
 
     /// A step that a path takes alone, unless it finds that the surface is matte.
@@ -162,7 +189,7 @@ impl Walk<'_, '_> {
                     self.sample_light(wave, i, (LightId(light), 1.0));
                 }
             }
-            wave.light(self.bundle.world);
+            self.light(wave);
         }
         for i in 0..wave.mattes.count() {
             if wave.samples_all(self.bundle.lights, i) {
@@ -177,7 +204,7 @@ impl Walk<'_, '_> {
                 None => stream.skip_2d(),
             }
         }
-        wave.light(self.bundle.world);
+        self.light(wave);
     }
 
     /// Samples one light at a vertex.
@@ -193,19 +220,20 @@ impl Walk<'_, '_> {
                 (path as u32, trail.throughput),
             );
             if wave.lamps.keep(chosen, u, known, whose) {
-                wave.light(self.bundle.world);
+                self.light(wave);
             }
         } else {
             let state = self.state(path as u32, *trail, false);
             let sample = state.unshadowed(chosen, u, &vertex, &vertex.from);
-            if let Some(arriving) = sample
-                && wave.shadows.push(
-                    path as u32,
-                    &arriving.shadow,
-                    trail.throughput * arriving.weighted(),
-                )
-            {
-                wave.trace_shadows(self.bundle.world);
+            if let Some(arriving) = sample {
+                let gain = Gain {
+                    path: path as u32,
+                    from: chosen.0,
+                    light: trail.throughput * arriving.weighted(),
+                };
+                if wave.shadows.push(&arriving.shadow, gain) {
+                    self.trace_shadows(wave);
+                }
             }
         }
     }
@@ -246,9 +274,29 @@ impl Walk<'_, '_> {
         }
     }
 
+    /// Computes the light that waits, but for what blocks it.
+    fn light(&mut self, wave: &mut Wave) {
+        let world = self.bundle.world;
+        let (trails, paths) = (&mut wave.trails, &mut *self.bundle.paths);
+        let shadows = &mut wave.shadows;
+        wave.lamps.light(world, |shadow, gain| {
+            if shadows.push(shadow, gain) {
+                shadows.trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
+            }
+        });
+    }
+
+    /// Adds the light that nothing blocks.
+    fn trace_shadows(&mut self, wave: &mut Wave) {
+        let world = self.bundle.world;
+        let (trails, paths) = (&mut wave.trails, &mut *self.bundle.paths);
+        wave.shadows
+            .trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
+    }
+
     /// A path by itself.
     #[inline(always)]
-    fn state(&mut self, path: u32, trail: Trail, is_first: bool) -> PathState<'_, false, false> {
+    fn state(&mut self, path: u32, trail: Trail, is_first: bool) -> PathState<'_, false, WATCHED> {
         let context = self.bundle.context(path as usize);
         PathState {
             path: self.path,
@@ -293,22 +341,20 @@ impl Wave {
         let trail = &self.trails[self.mattes.path(i)];
         trail.sample_all_count(lights).is_some()
     }
+}
 
-    /// Computes the light that waits, but for what blocks it.
-    fn light(&mut self, world: &World) {
-        let (shadows, trails) = (&mut self.shadows, &mut self.trails);
-        self.lamps.light(world, |path, shadow, light| {
-            if shadows.push(path, shadow, light) {
-                shadows.trace(world, |path, light| trails[path as usize].radiance += light);
-            }
-        });
-    }
-
-    /// Adds the light that nothing blocks.
-    fn trace_shadows(&mut self, world: &World) {
-        let trails = &mut self.trails;
-        self.shadows
-            .trace(world, |path, light| trails[path as usize].radiance += light);
+/// Adds light that a path has gained.
+#[inline(always)]
+fn add<const WATCHED: bool>(
+    world: &World,
+    trails: &mut [Trail],
+    paths: &mut [CameraPath],
+    gain: Gain,
+) {
+    let path = gain.path as usize;
+    trails[path].radiance += gain.light;
+    if WATCHED && let Some(watch) = &mut paths[path].watch {
+        watch.part(world.light_layer(Some(gain.from)), gain.light);
     }
 }
 

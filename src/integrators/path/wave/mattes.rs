@@ -176,6 +176,12 @@ impl<const N: usize> Mattes<N> {
         }
     }
 
+    /// Of a vertex on a flat triangle.
+    #[inline(always)]
+    pub(super) fn reflectance(&self, i: usize) -> Rgb {
+        self.reflectance.get(i)
+    }
+
     /// Vertex `i`.
     #[inline(always)]
     pub(super) fn vertex(&self, i: usize, time: f32) -> MatteVertex {

@@ -3,6 +3,7 @@ use super::*;
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::cameras::{CameraRay, CameraSample};
+use crate::integrators::witness::Watch;
 use crate::integrators::{CameraEnd, Workspace};
 use crate::math::color::is_black;
 use crate::math::hash::{mix2, unit_float};
@@ -35,30 +36,58 @@ fn bits(colors: &[Rgb]) -> Vec<[u32; 3]> {
     colors.iter().map(bits).collect()
 }
 
-/// The radiances along all camera rays, in waves of this many.
-fn in_waves(job: &RenderJob, of: usize) -> Vec<Rgb> {
+/// What paths bring, and what layers see of them.
+#[derive(Default)]
+struct Found {
+    radiances: Vec<Rgb>,
+    seen: Vec<String>,
+    parts: Vec<Vec<Rgb>>,
+}
+
+impl Found {
+    fn look(&mut self, watch: Watch) {
+        // Bits, but for NaN: each number is printed with as many digits as tell it from others.
+        self.seen
+            .push(format!("{:?}", watch.sight.map(|sight| sight.known())));
+        let parts = watch.parts.expect("parts").scaled(Rgb::ONE, 4);
+        self.parts.push(parts.collect());
+    }
+}
+
+fn watch() -> Watch {
+    let mut watch = Watch::default();
+    watch.look(true);
+    watch
+}
+
+/// All camera rays, in waves of this many.
+fn in_waves(job: &RenderJob, of: usize, is_watched: bool) -> Found {
     let mut all: Vec<_> = (0..PIXELS).flat_map(|pixel| samples(job, pixel)).collect();
     let mut workspace = job.integrator.workspace(&job.world);
-    let mut radiances = Vec::new();
+    let mut found = Found::default();
     for some in all.chunks_mut(of) {
-        let path = |(sample, ray, stream)| {
+        let mut watches: Vec<Watch> = some.iter().map(|_| watch()).collect();
+        let path = |((sample, ray, stream), watch)| {
             let (sample, ray): (&CameraSample, &CameraRay) = (sample, ray);
             CameraPath {
                 end: end(job, sample, ray),
                 differentials: ray.scaled_differentials(1.0),
                 stream,
+                watch: Some(watch).filter(|_| is_watched),
             }
         };
         let mut paths: Vec<CameraPath> = some
             .iter_mut()
-            .map(|(s, r, t)| path((&*s, &*r, t)))
+            .zip(&mut watches)
+            .map(|((s, r, t), w)| path(((&*s, &*r, t), w)))
             .collect();
-        radiances.extend(
-            job.integrator
-                .radiances(&job.world, &mut paths, &mut workspace),
-        );
+        let radiances = job
+            .integrator
+            .radiances(&job.world, &mut paths, &mut workspace);
+        found.radiances.extend(radiances);
+        watches.into_iter().for_each(|watch| found.look(watch));
     }
-    radiances
+    found
 }
 
 fn end<'a>(job: &'a RenderJob, sample: &'a CameraSample, ray: &'a CameraRay) -> CameraEnd<'a> {
@@ -71,37 +100,58 @@ fn end<'a>(job: &'a RenderJob, sample: &'a CameraSample, ray: &'a CameraRay) -> 
     }
 }
 
-/// The radiance along each camera ray by itself.
-fn one_by_one(job: &RenderJob) -> Vec<Rgb> {
+/// Each camera ray by itself.
+fn one_by_one(job: &RenderJob) -> Found {
     let mut workspace = Workspace::default();
     let all = (0..PIXELS).flat_map(|pixel| samples(job, pixel));
-    let radiance = |(sample, ray, mut stream): (CameraSample, CameraRay, SampleStream)| {
+    let mut found = Found::default();
+    for (sample, ray, mut stream) in all {
         let differentials = ray.scaled_differentials(1.0);
-        let (end, differentials) = (end(job, &sample, &ray), differentials.as_ref());
-        let world = &job.world;
-        let integrator = &job.integrator;
-        integrator.radiance(
-            world,
-            &end,
-            differentials,
+        let mut watch = watch();
+        found.radiances.push(job.integrator.radiance(
+            &job.world,
+            &end(job, &sample, &ray),
+            differentials.as_ref(),
             &mut stream,
             &mut workspace,
-            None,
-        )
-    };
-    all.map(radiance).collect()
+            Some(&mut watch),
+        ));
+        found.look(watch);
+    }
+    found
 }
 
 #[test]
 fn a_path_brings_the_same_in_any_wave_as_by_itself() {
     for text in [ROOM_WITH_LAMPS, OUTDOORS] {
         let job = job(text);
-        let expected = one_by_one(&job);
+        let expected = one_by_one(&job).radiances;
         let lit = expected.iter().filter(|&&light| !is_black(light)).count();
         assert!(lit > expected.len() * 9 / 10, "{lit}");
         for of in [1, 7, 64, WAVE] {
-            assert_eq!(bits(&in_waves(&job, of)), bits(&expected), "waves of {of}");
+            let found = in_waves(&job, of, false).radiances;
+            assert_eq!(bits(&found), bits(&expected), "waves of {of}");
         }
+    }
+}
+
+#[test]
+fn layers_see_the_same_in_a_wave_as_by_itself() {
+    for text in [ROOM_WITH_LAMPS, OUTDOORS] {
+        let job = job(text);
+        let (expected, found) = (one_by_one(&job), in_waves(&job, WAVE, true));
+        assert_eq!(bits(&found.radiances), bits(&expected.radiances));
+        assert_eq!(found.seen, expected.seen);
+        let known = |seen: &&String| seen.starts_with("Some(Some(");
+        let known = expected.seen.iter().filter(known).count();
+        assert!(known > expected.seen.len() * 9 / 10, "{known}");
+        let parts = found.parts.iter().zip(&expected.parts);
+        for (i, (found, expected)) in parts.enumerate() {
+            assert_eq!(bits(found), bits(expected), "{i}");
+        }
+        let in_group = |parts: &&Vec<Rgb>| !is_black(parts[1]);
+        let in_group = expected.parts.iter().filter(in_group).count();
+        assert!(in_group > expected.parts.len() / 10, "{in_group}");
     }
 }
 
