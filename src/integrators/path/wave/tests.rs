@@ -49,8 +49,8 @@ impl Found {
         // Bits, but for NaN: each number is printed with as many digits as tell it from others.
         self.seen
             .push(format!("{:?}", watch.sight.map(|sight| sight.known())));
-        let parts = watch.parts.expect("parts").scaled(Rgb::ONE, 4);
-        self.parts.push(parts.collect());
+        let parts = watch.parts.expect("parts");
+        self.parts.push(parts.scaled(Rgb::ONE, 4).collect());
     }
 }
 
