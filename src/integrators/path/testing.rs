@@ -8,7 +8,7 @@ use crate::syntax::SourceMap;
 pub(super) const ROOM_WITH_LAMPS: &str = r#"
     LookAt 0 0 -3.9  0 0 0  0 1 0
     Camera "perspective" "float fov" 70
-    Film "image" "integer xresolution" 16 "integer yresolution" 16
+    Film "image" "integer xresolution" 16 "integer yresolution" 16 "string aov" "lights"
     Sampler "sobol" "integer pixelsamples" 16
     Integrator "path" "integer maxdepth" 30 "float rrthreshold" 0
     WorldBegin
@@ -33,7 +33,7 @@ pub(super) const ROOM_WITH_LAMPS: &str = r#"
 pub(super) const OUTDOORS: &str = r#"
     LookAt 0 1 -6  0 .5 0  0 1 0
     Camera "perspective" "float fov" 60
-    Film "image" "integer xresolution" 16 "integer yresolution" 16
+    Film "image" "integer xresolution" 16 "integer yresolution" 16 "string aov" "lights"
     Sampler "sobol" "integer pixelsamples" 16
     Integrator "path" "integer maxdepth" 6
     WorldBegin
