@@ -255,7 +255,7 @@ fn built(root: &Path, place: &Path, bugs: &[Bug]) -> PathBuf {
 
 /// A source file with its bugs, which are numbered through all files, and the switch where it belongs.
 fn with_bugs(file: &Path, mut text: String, bugs: &[Bug]) -> String {
-    let code = &text[..text.find("#[cfg(test)]").unwrap_or(text.len())];
+    let code = &text[..text.find("#[cfg(test)]\nmod tests").unwrap_or(text.len())];
     let mut number = 1;
     let mut places = Vec::new();
     for bug in bugs {
