@@ -15,7 +15,10 @@ fn every_bug_has_its_place() {
     for bug in bugs {
         let [file, expression] = ["file", "expression"].map(|key| bug[key].as_str().expect(key));
         let text = read(file);
-        let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let code = text
+            .split("#[cfg(test)]\nmod tests")
+            .next()
+            .unwrap_or_default();
         assert_eq!(code.matches(expression).count(), 1, "{file}: {expression}");
     }
 }
