@@ -1,4 +1,4 @@
-//! Glasses by name: those of catalogues beside a lens, and the common ones.
+//! Glasses by name: those of catalogues beside a lens, and those of the makers' catalogs that are known without a file.
 
 use super::{INDICES, agf, design};
 use crate::files;
@@ -46,8 +46,12 @@ pub const AIR: Glass = Glass {
     formula: None,
 };
 
-/// The known glasses with their names; the file says where its numbers are from.
-static GLASSES: LazyLock<Vec<(&str, Glass)>> = LazyLock::new(|| {
+/// The makers' glasses by their names in capitals; the file says where its numbers are from.
+static MAKERS: LazyLock<HashMap<String, Glass>> =
+    LazyLock::new(|| agf::parse(include_str!("makers.agf")));
+
+/// Those that are in no maker's catalog: old names, crystals, plastics.
+static OTHERS: LazyLock<Vec<(&str, Glass)>> = LazyLock::new(|| {
     include_str!("glasses.txt")
         .lines()
         .filter_map(row)
@@ -86,7 +90,7 @@ impl Default for Glass {
 
 /// How many glasses are known.
 pub fn count() -> usize {
-    GLASSES.len()
+    MAKERS.len() + OTHERS.len()
 }
 
 /// The glass of this name, whatever its case.
@@ -94,12 +98,15 @@ pub fn named(name: &str) -> Option<Glass> {
     if name.is_empty() || name.eq_ignore_ascii_case("AIR") {
         return Some(AIR);
     }
-    let mut glasses = GLASSES.iter();
-    let (_, glass) = glasses.find(|(known, _)| known.eq_ignore_ascii_case(name))?;
-    Some(*glass)
+    let is_it = |(known, _): &&(&str, Glass)| known.eq_ignore_ascii_case(name);
+    let other = OTHERS.iter().find(is_it).map(|(_, glass)| *glass);
+    other.or_else(|| MAKERS.get(&name.to_ascii_uppercase()).copied())
 }
 
-/// Where the names of a lens file are looked up: in catalogues, then among the common glasses.
+/// What ends the names of pressed glasses in some catalogues.
+const PRESSED: &str = "_MOLD";
+
+/// Where the names of a lens file are looked up: in catalogues, then among those known without one.
 #[derive(Clone, Debug, Default)]
 pub struct Glasses {
     catalogues: Vec<HashMap<String, Glass>>,
@@ -114,7 +121,7 @@ const LARGEST_CATALOGUE: u64 = 8 << 20;
 const MOST_CATALOGUES: usize = 100;
 
 impl Glasses {
-    /// The common ones alone.
+    /// Those known without a file alone.
     pub const COMMON: Glasses = Glasses {
         catalogues: Vec::new(),
     };
@@ -145,12 +152,18 @@ impl Glasses {
         self
     }
 
-    /// The glass of this name, whatever its case: of the first catalogue that has it, a common one, or of a code, the digits of n_d
+    /// The glass of this name, whatever its case: of the first catalogue that has it, a maker's, or of a code, the digits of n_d
     /// − 1 and of the Abbe number in hundreds: 517642, 517.642, 51680.6417.
     pub fn named(&self, name: &str) -> Option<Glass> {
         let upper = name.to_ascii_uppercase();
         let known = self.catalogues.iter().find_map(|c| c.get(&upper)).copied();
         known.or_else(|| named(name)).or_else(|| of_code(name))
+    }
+
+    /// The glass that one of this name is pressed from (`L-TIM28_MOLD` from L-TIM28): pressing changes n_d by some
+    /// thousandths.
+    pub fn unpressed(&self, name: &str) -> Option<Glass> {
+        self.named(name.strip_suffix(PRESSED)?)
     }
 }
 
@@ -262,23 +275,59 @@ mod tests {
     fn names_are_found_once_and_have_the_numbers_of_glasses() {
         let rows = include_str!("glasses.txt").lines();
         let rows = rows.filter(|line| !line.is_empty() && !line.starts_with('#'));
-        assert_eq!((count(), rows.count()), (155, 155));
-        for (i, (name, glass)) in GLASSES.iter().enumerate() {
-            assert!(GLASSES[..i].iter().all(|(n, _)| n != name), "{name}");
+        assert_eq!((OTHERS.len(), rows.count()), (12, 12));
+        let entries = include_str!("makers.agf").lines();
+        let entries = entries.filter(|line| line.starts_with("NM"));
+        assert_eq!((MAKERS.len(), entries.count()), (1582, 1582));
+        let others = OTHERS.iter().map(|(name, glass)| (*name, glass));
+        let makers = MAKERS.iter().map(|(name, glass)| (&name[..], glass));
+        for (name, glass) in others.chain(makers) {
             let abbe = glass.abbe.unwrap();
             assert!(
-                (1.4..2.1).contains(&glass.index) && (17.0..100.0).contains(&abbe),
+                (1.4..2.2).contains(&glass.index) && (15.0..100.0).contains(&abbe),
                 "{name}"
             );
         }
-        assert_eq!(named("n-bk7").map(|g| g.index), Some(1.5168));
+        for (i, (name, _)) in OTHERS.iter().enumerate() {
+            let all = OTHERS[..i].iter().map(|(n, _)| *n);
+            assert!(
+                all.clone().all(|n| n != *name) && !MAKERS.contains_key(*name),
+                "{name}"
+            );
+        }
+        assert!((named("n-bk7").unwrap().index - 1.5168).abs() < 5e-6);
         assert_eq!(named("air"), Some(AIR));
         assert_eq!(named("NO-SUCH"), None);
     }
 
     #[test]
+    fn makers_formulas_have_their_abbe_numbers() {
+        for line in include_str!("makers.agf").lines() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let ["NM", name, _, _, index, abbe] = words[..] else {
+                continue;
+            };
+            let glass = named(name).unwrap();
+            let at = |line| glass.formula.unwrap().dispersion.index(line);
+            // The catalogs print n_d to five digits, some to four, and fit their formulas to the sixth; V_d has two more.
+            let [index, abbe]: [f64; 2] = [index, abbe].map(|x| x.parse().unwrap());
+            assert!((at(LINE_D) - index).abs() < 6e-5, "{name}");
+            let found = (at(LINE_D) - 1.0) / (at(LINE_F) - at(LINE_C));
+            assert!((found / abbe - 1.0).abs() < 1e-3, "{name}: {found}");
+        }
+    }
+
+    #[test]
+    fn pressed_glasses_are_known_by_what_they_are_pressed_from() {
+        let glasses = Glasses::COMMON;
+        assert_eq!(glasses.named("L-TIM28_MOLD"), None);
+        assert_eq!(glasses.unpressed("L-TIM28_MOLD"), named("L-TIM28"));
+        assert_eq!(glasses.unpressed("L-TIM28"), None);
+    }
+
+    #[test]
     fn formulas_are_those_of_their_glasses() {
-        for name in ["SILICA", "F_SILICA", "CAF2", "N-BK7", "BK7"] {
+        for name in ["SILICA", "F_SILICA", "CAF2", "BK7"] {
             let glass = named(name).unwrap();
             let formula = glass.formula.unwrap().dispersion;
             // Catalogues differ by a few 1e-5 from the papers.

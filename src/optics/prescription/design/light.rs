@@ -5,6 +5,7 @@
 //! axis are started in the stop and sought by the angle at which they leave it toward the scene, so that pupils of wide lenses, which
 //! move with the field, are no matter. By symmetry the widest rays of a field are those in its own plane.
 
+use crate::optics::bisection::bisect;
 use crate::optics::element::Toward;
 use crate::optics::paraxial::Paraxial;
 use crate::optics::surface::Surface;
@@ -119,12 +120,18 @@ impl Light {
             return lit;
         }
         lit.radii[rays.stop] = radius;
+        let given = radius;
+        let radius = rays.filled(self.kind, given);
         let mut lost = 0;
         for field in self.fields.iter().take(MAX_FIELDS).chain([&Field::AXIS]) {
             let found = rays.of_field(field, self.kind, radius, &mut lit.radii);
             lost += u32::from(!found);
         }
-        if lost > 0 {
+        if radius < given {
+            lit.remark = format!(
+                "; no ray from the axis fills the stop of radius {given}: the widest that gets through has {radius:.4} there"
+            );
+        } else if lost > 0 {
             lit.remark = format!("; the rays of {lost} of its fields do not get through");
         } else if self.fields.iter().all(|f| f.height == 0.0) {
             lit.remark = " on the axis: it has no field off it".to_string();
@@ -210,13 +217,31 @@ impl Rays<'_> {
         let chief = 0.5 * (ends[0] + ends[1]);
         let mut found = false;
         for height in [ends[0], chief, ends[1]] {
-            let seen = |angle: f64| Some(self.seen(&self.toward_scene(height, angle)?) - target);
-            if let Some(angle) = root(seen) {
+            if let Some(angle) = self.angle(height, target) {
                 found = true;
                 self.widen(radii, height, angle);
             }
         }
         found
+    }
+
+    /// The angle at the stop's point at `height` of the ray whose [`Rays::seen`] is `target`.
+    fn angle(&self, height: f64, target: f64) -> Option<f64> {
+        root(|angle| Some(self.seen(&self.toward_scene(height, angle)?) - target))
+    }
+
+    /// The radius of the stop, `radius` at most, that light from the axis fills: a stop may be wider than what spheres in front of it
+    /// let through.
+    fn filled(&self, kind: FieldKind, radius: f64) -> f64 {
+        let Some(target) = self.target(&Field::AXIS, kind) else {
+            return radius;
+        };
+        let passes = |height: f64| self.angle(height, target).is_some();
+        if passes(radius) || !passes(0.0) {
+            return radius;
+        }
+        let [inside, _] = bisect([0.0, radius], HALVINGS as u32, passes);
+        inside
     }
 
     /// What [`Rays::seen`] of the field's rays is.

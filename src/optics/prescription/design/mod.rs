@@ -61,7 +61,7 @@ impl Medium {
         }
         let found = glasses.named(name).ok_or_else(|| {
             format!(
-                "unknown glass {name}; known are {} of the common ones, those of catalogues (.agf) beside the lens or in {}, and codes of six digits",
+                "unknown glass {name}; known are {} of the makers' and other common ones, those of catalogues (.agf) beside the lens or in {}, and codes of six digits",
                 glass::count(),
                 glass::PATH_VARIABLE
             )

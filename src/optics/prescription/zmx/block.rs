@@ -101,11 +101,14 @@ impl Block {
             "GLAS" => {
                 let found = medium(words, before, glasses);
                 surface.medium = found.or_else(|unknown| {
-                    let medium = by_its_numbers(words).ok_or(unknown)?;
-                    let name = &medium.name;
-                    self.warning = Some(format!(
-                        "unknown glass {name}: n_d and V_d are those in its line, which may be of another glass"
-                    ));
+                    let (medium, numbers) = match by_its_numbers(words) {
+                        Some(medium) => (medium, "n_d and V_d are those in its line, which may be of another glass"),
+                        None => (
+                            unpressed(words, glasses).ok_or(unknown)?,
+                            "its indices are those before it is pressed, which changes them by some thousandths",
+                        ),
+                    };
+                    self.warning = Some(format!("unknown glass {}: {numbers}", medium.name));
                     Ok::<_, String>(medium)
                 })?;
             }
@@ -188,4 +191,12 @@ fn by_its_numbers(words: &[&str]) -> Option<Medium> {
     let likely = words.get(1) == Some(&"0") && index > 1.3 && (15.0..=100.0).contains(&abbe);
     let medium = Medium::model(words.first()?, index, abbe).ok()?;
     (likely && (index, abbe) != (1.5, 40.0)).then_some(medium)
+}
+
+/// The glass that one of a name unknown is pressed from.
+fn unpressed(words: &[&str], glasses: &Glasses) -> Option<Medium> {
+    let name = words.first()?;
+    let glass = glasses.unpressed(name)?;
+    let name = name.to_string();
+    Some(Medium { name, glass })
 }
