@@ -159,7 +159,10 @@ fn exr_header_says_how_the_camera_was_set() {
         lens: "dgauss.50mm.dat".into(),
         f_number: Some(5.6),
         t_number: Some(5.75),
+        working_number: Some(5.875),
         focal_length: Some(50.5),
+        nominal_focal_length: Some(51.0),
+        field_of_view: Some([38.5, 26.25]),
         pinhole_focal_length: Some(52.5),
         entrance_pupil: Some(48.0),
         focused_at_infinity: true,
@@ -185,7 +188,8 @@ fn exr_header_says_how_the_camera_was_set() {
     let other = |name: &str| own.other.get(&::exr::prelude::Text::from(name));
     for (name, value) in [
         ("tStop", 5.75),
-        ("nominalFocalLength", 50.5),
+        ("workingFNumber", 5.875),
+        ("nominalFocalLength", 51.0),
         ("effectiveFocalLength", 50.5),
         ("pinholeFocalLength", 52.5),
         ("entrancePupilOffset", 48.0),
@@ -195,6 +199,7 @@ fn exr_header_says_how_the_camera_was_set() {
     }
     let pair = |x, y| FloatVec2(::exr::prelude::Vec2(x, y));
     assert_eq!(other("sensorCenterOffset"), Some(&pair(-2000.0, 500.0)));
+    assert_eq!(other("fieldOfView"), Some(&pair(38.5, 26.25)));
     assert_eq!(other("depthOfField"), Some(&pair(12.5, f32::INFINITY)));
     assert_eq!(other("hyperfocalDistance"), None);
     // Shards carry it as JSON, which knows no infinity.

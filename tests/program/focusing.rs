@@ -32,8 +32,8 @@ fn scene(folder: &Folder, camera: &str, world: &str) -> String {
     path.display().to_string()
 }
 
-/// What the image's file says of its focus, m.
-fn focus(folder: &Folder) -> f64 {
+/// What the image's file says of itself.
+fn attributes(folder: &Folder) -> exr::prelude::LayerAttributes {
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -42,7 +42,12 @@ fn focus(folder: &Folder) -> f64 {
         .all_attributes()
         .from_file(folder.path("f.exr"))
         .expect("an EXR file");
-    f64::from(image.layer_data.attributes.focus.expect("the focus"))
+    image.layer_data.attributes
+}
+
+/// What it says of its focus, m.
+fn focus(folder: &Folder) -> f64 {
+    f64::from(attributes(folder).focus.expect("the focus"))
 }
 
 fn render(folder: &Folder, scene: &str, options: &[&str]) -> Run {
@@ -221,4 +226,59 @@ fn a_tilted_film_shows_the_ground_sharp() {
     // contrast 0.4 is left (2 J1(πx)/(πx)), and less where pixels add to it; the film that leans forward has twice as wide a one.
     assert!(sharp > 0.7, "{sharp}");
     assert!(flat < 0.5 * sharp && wrong < 0.25 * sharp, "{flat} {wrong}");
+}
+
+/// A lens of two groups, whose first moves to focus: what is engraved on it is not what it has near by, and the image says both.
+#[test]
+fn the_image_and_its_file_say_what_the_camera_is_set_to() {
+    let folder = Folder::new();
+    let lens = folder.path("inner.dat");
+    std::fs::write(
+        &lens,
+        "focus inf 0.5\ngap D 2 6\n60 4 1.5168 20\n-60 D 1 20\n0 2 0 8\n80 3 1.5168 20\n-80 40 1 20\n",
+    )
+    .expect("room for a lens");
+    let camera = format!(
+        "Camera \"realistic\" \"string lensfile\" \"{}\" \"float aperturediameter\" 6 \"float focusdistance\" .5",
+        lens.display()
+    );
+    let run = render(&folder, &scene(&folder, &camera, &cards(1.0)), &[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    for said in [
+        "focal length ",
+        ", effective f/",
+        "T",
+        "field of view ",
+        "plane of focus ",
+        "depth of field ",
+        "hyperfocal distance ",
+    ] {
+        assert!(run.stderr.contains(said), "{said}: {}", run.stderr);
+    }
+    let attributes = attributes(&folder);
+    use exr::meta::attribute::AttributeValue::{F32, FloatVec2};
+    let number = |name: &str| match attributes.other.get(&exr::prelude::Text::from(name)) {
+        Some(F32(x)) => f64::from(*x),
+        other => panic!("{name} is {other:?}"),
+    };
+    let said = |before: &str| {
+        let rest = run.stderr.split(before).nth(1).expect("it is said");
+        let end = rest.find(|c: char| c != '.' && !c.is_ascii_digit());
+        let said = &rest[..end.unwrap_or(rest.len())];
+        said.parse::<f64>().expect("a number")
+    };
+    // Half the last digit that is said, and for the light half a percent of sampling (`effective_f_number`).
+    assert!((number("effectiveFocalLength") - said("focal length ")).abs() < 6e-4);
+    assert!((number("workingFNumber") / said("effective f/") - 1.0).abs() < 6e-3);
+    assert!(number("nominalFocalLength") < number("effectiveFocalLength") - 0.5);
+    let view = attributes
+        .other
+        .get(&exr::prelude::Text::from("fieldOfView"));
+    let Some(FloatVec2(exr::prelude::Vec2(x, y))) = view else {
+        panic!("{view:?}")
+    };
+    assert!((f64::from(*x) - said("field of view ")).abs() < 0.051);
+    // Of 36 × 24 mm.
+    let ratio = f64::from(*x).to_radians().tan() / f64::from(*y).to_radians().tan();
+    assert!((1.4..1.8).contains(&ratio), "{ratio}");
 }

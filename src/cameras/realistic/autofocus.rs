@@ -12,7 +12,7 @@ use crate::files;
 use crate::math::ray::Ray;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::optics::f_number::ApertureNumber;
-use crate::optics::{FocusError, Lens, Prescription, best_focus, focus};
+use crate::optics::{FocusError, Lens, Paraxial, Prescription, best_focus, focus};
 use crate::params::ParamReader;
 use crate::syntax::Span;
 use std::fmt;
@@ -127,6 +127,13 @@ pub enum AutofocusError {
 }
 
 impl LensMaker {
+    /// Focal length of the lens focused at infinity, mm; `None` if it is afocal.
+    pub fn nominal_focal_length(&self) -> Option<f64> {
+        let lens = self.prescription.at_position(self.zoom, f64::INFINITY);
+        let lens = lens.as_ref().unwrap_or(&self.prescription);
+        Some(Paraxial::new(&lens.surfaces).cardinals?.focal_length)
+    }
+
     /// Focused at a plane, mm from the film or, in the course's form, from the first vertex, and what it is in the bands of the spectrum.
     fn focused(&self, form: Form, distance: f64) -> Result<(Lens, Vec<Band>), FocusError> {
         // Only the film moves in the course's form.
@@ -149,7 +156,7 @@ impl LensMaker {
             Form::Pbrt3 if self.best => best_focus::film_distance(&lens, distance)?,
             Form::Pbrt3 => Lens::focused(&lens, distance)?,
             Form::Course => {
-                let cardinals = crate::optics::Paraxial::new(&lens.surfaces).cardinals;
+                let cardinals = Paraxial::new(&lens.surfaces).cardinals;
                 focus::film_distance_for_object(cardinals, distance)?
             }
         };

@@ -60,6 +60,7 @@ impl RealisticSpec {
         let zones = zones(params, choices.focus_point);
         let lens = lens(params, form, &prescription)?;
         let bands = bands(params, &prescription, &lens);
+        let nominal_focal_length = maker.nominal_focal_length();
         let autofocus = zones.map(|(zones, place)| {
             maker.best = form == Form::Pbrt3 && is_best(params);
             maker.dispersion = !bands.is_empty();
@@ -80,6 +81,7 @@ impl RealisticSpec {
         let lens_name = file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
         Some(RealisticSpec {
             lens_name,
+            nominal_focal_length,
             lens,
             form,
             weighting,

@@ -57,6 +57,8 @@ pub struct RealisticSpec {
     pub lens_name: String,
     /// The lens, its stop set and its film in place.
     pub lens: Lens,
+    /// Its focal length at this zoom, focused at infinity, mm: what is engraved on it. `None` for an afocal one.
+    pub nominal_focal_length: Option<f64>,
     /// Units and origin of camera space.
     pub form: Form,
     /// What rays count for.

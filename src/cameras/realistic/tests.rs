@@ -19,6 +19,7 @@ pub(super) fn double_gauss() -> RealisticSpec {
     let distance = Lens::focused(&prescription, 1000.0).unwrap();
     RealisticSpec {
         lens_name: "dgauss.dat".to_string(),
+        nominal_focal_length: None,
         lens: Lens::new(&prescription, distance).unwrap(),
         form: Form::Course,
         weighting: Weighting::Physical,
