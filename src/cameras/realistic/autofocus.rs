@@ -128,7 +128,7 @@ pub enum AutofocusError {
 
 impl LensMaker {
     /// Focal length of the lens focused at infinity, mm; `None` if it is afocal.
-    pub fn nominal_focal_length(&self) -> Option<f64> {
+    pub(super) fn nominal_focal_length(&self) -> Option<f64> {
         let lens = self.prescription.at_position(self.zoom, f64::INFINITY);
         let lens = lens.as_ref().unwrap_or(&self.prescription);
         Some(Paraxial::new(&lens.surfaces).cardinals?.focal_length)
