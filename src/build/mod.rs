@@ -267,6 +267,7 @@ fn metadata(options: &Options, camera: &Camera, film: &FilmGeometry) -> FilmMeta
         world_to_ndc: { ndc_from_camera.map(|ndc| ndc * world_to_camera) }
             .filter(|ndc| ndc.is_finite()),
         spp: options.sampler.spp,
+        white_luminance: options.film.white_luminance,
         lens: options.camera.lens_name(),
         photograph: camera.photograph(film),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),

@@ -217,6 +217,7 @@ fn image_attributes(image: &Image) -> ImageAttributes {
 fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     let mut attributes = LayerAttributes {
         layer_position: Vec2(image.bounds.min.x as i32, image.bounds.min.y as i32),
+        white_luminance: metadata.white_luminance,
         software_name: Some(text(&metadata.software)),
         world_to_camera: metadata.world_to_camera.as_ref().map(matrix),
         world_to_normalized_device: metadata.world_to_ndc.as_ref().map(matrix),

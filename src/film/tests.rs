@@ -135,6 +135,7 @@ fn exr_header_is_what_other_programs_look_for() {
     // Imath's row-vector layout: translation in the last row of four.
     assert_eq!(own.world_to_camera.unwrap()[12..], [1.0, 2.0, 3.0, 1.0]);
     assert_eq!(own.world_to_normalized_device.unwrap()[5], 0.25);
+    assert_eq!(own.white_luminance, None);
     assert_eq!(
         own.software_name.as_ref().unwrap().to_string(),
         "fstop 0.0.0"
@@ -175,6 +176,7 @@ fn exr_header_says_how_the_camera_was_set() {
     };
     let noted = FilmMetadata {
         photograph: Some(photograph.clone()),
+        white_luminance: Some(4000.0),
         ..metadata()
     };
     write(&path, &expose(8, |_| ()).develop(), &noted).unwrap();
@@ -184,6 +186,7 @@ fn exr_header_says_how_the_camera_was_set() {
     assert_eq!(own.focus, Some(f32::INFINITY));
     assert_eq!(own.exposure, Some(0.125));
     assert_eq!(own.iso_speed, None);
+    assert_eq!(own.white_luminance, Some(4000.0));
     use ::exr::meta::attribute::AttributeValue::{F32, FloatVec2};
     let other = |name: &str| own.other.get(&::exr::prelude::Text::from(name));
     for (name, value) in [

@@ -24,8 +24,8 @@ impl Realistic {
             ),
             self.focus_line(),
         ];
-        let chosen = spec.autofocus.as_ref().and_then(|auto| auto.chosen);
-        lines.extend(chosen.map(|zone| format!("focused on {zone}")));
+        let chosen = { spec.autofocus.as_ref() }.and_then(|auto| Some(auto.target(&auto.chosen?)));
+        lines.extend(chosen.map(|target| format!("focused on {target}")));
         lines.extend(photograph_lines(&self.photograph(film)));
         lines.push(self.field_of_view_line([width, height], spec.diagonal(film)));
         lines.push(format!(

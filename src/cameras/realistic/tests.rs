@@ -391,6 +391,7 @@ fn what_is_focused_on_becomes_sharp() {
             shift: [1.0, -2.0],
             autofocus: Some(Box::new(Autofocus {
                 zones: vec![Zone::Point([0.3, 0.6])],
+                object: None,
                 place: None,
                 chosen: None,
                 maker,
