@@ -171,7 +171,7 @@ fn shares_of_light_are_those_of_single_photons() {
     assert!(found < 2e-3, "{found}");
 }
 
-/// `cargo test --release --test optics -- --ignored photons --nocapture`: 7e-7 of the light was the largest difference in November 2026.
+/// `cargo test --release --test optics -- --ignored photons --nocapture`: shares differed by at most 1.1e-5 in November 2026.
 #[test]
 #[ignore = "ten million walks"]
 fn shares_of_light_are_those_of_ten_million_photons() {
