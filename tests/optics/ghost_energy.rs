@@ -158,7 +158,6 @@ fn difference(walks: u64) -> f64 {
             *sum += share / rays.len() as f64;
         }
     }
-    println!("{walks} walks: {found:?}, {expected:?}");
     assert!(expected.iter().all(|share| *share > 1e-3), "{expected:?}");
     let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
     differences.fold(0.0, f64::max)
