@@ -360,6 +360,7 @@ fn camera_set_up(bencher: divan::Bencher, name: &str) {
     let distance = Lens::focused(&prescription, f64::INFINITY).expect("a lens that focuses");
     let spec = RealisticSpec {
         lens_name: file.to_string(),
+        nominal_focal_length: None,
         lens: Lens::new(&prescription, distance).expect("a lens with its film behind it"),
         form: Form::Pbrt3,
         weighting: Weighting::Physical,

@@ -1,8 +1,10 @@
 //! Focusing on what the camera sees, once there is something to see.
 
+use crate::accel::Standing;
 use crate::cameras::{Camera, CameraSpec};
 use crate::math::Vec3;
 use crate::math::ray::Ray;
+use crate::scene::FocusTarget;
 use crate::scene::options::Options;
 use crate::syntax::Diagnostic;
 use crate::world::{MAX_NULL_SURFACES, World};
@@ -17,11 +19,13 @@ pub(super) fn focus(
     world: &World,
 ) -> Option<Diagnostic> {
     let film = super::film_geometry(options);
+    let target = options.focus_target.clone();
     for _ in 0..LOOKS {
         let Camera::Realistic(realistic) = &*camera else {
             return None;
         };
-        let looked = realistic.refocused(&film, &|ray| first_surface(world, ray))?;
+        let looked =
+            realistic.refocused(&film, &|ray| first_surface(world, ray, target.as_ref()))?;
         let before = realistic.film_distance();
         let place = realistic.autofocus_place();
         let at = |message: String| Diagnostic {
@@ -46,15 +50,21 @@ pub(super) fn focus(
     None
 }
 
-/// Where a ray meets something that is seen.
-fn first_surface(world: &World, ray: &Ray) -> Option<Vec3> {
+/// Where a ray meets something that is seen, if that is the target or there is none.
+fn first_surface(world: &World, ray: &Ray, target: Option<&FocusTarget>) -> Option<Vec3> {
     let mut ray = *ray;
     for _ in 0..=MAX_NULL_SURFACES {
         let hit = world.intersect(&ray)?;
-        if hit.material.is_some() {
-            return Some(hit.surface.p);
-        }
-        ray = hit.surface.spawn_ray(ray.d);
+        let Some(material) = hit.material else {
+            ray = hit.surface.spawn_ray(ray.d);
+            continue;
+        };
+        let counts = target.is_none_or(|target| match world.geometry.standing(&hit.found) {
+            _ if target.materials.contains(&material) => true,
+            Standing::Shape(number) => target.shapes.contains(&number),
+            Standing::Instance(number) => target.instances.contains(&number),
+        });
+        return counts.then_some(hit.surface.p);
     }
     None
 }

@@ -168,7 +168,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
     }
     let bounds = options.film.pixel_bounds();
     let sampler = Sampler::new(&options.sampler, seed);
-    let metadata = metadata(&options, &assets.film);
+    let metadata = metadata(&options, &camera, &assets.film);
     let description = camera.describe(&assets.film);
     let mut job = RenderJob {
         integrator: Integrator::new(&options.integrator.spec, &world),
@@ -258,7 +258,7 @@ fn render_from_world(camera_from_world: &Transform) -> Transform {
 }
 
 /// Metadata of the output file, except scene name and seed.
-fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
+fn metadata(options: &Options, camera: &Camera, film: &FilmGeometry) -> FilmMetadata {
     let world_to_camera = options.camera_from_world.start.m;
     let ndc_from_camera = options.camera.ndc_from_camera(film);
     FilmMetadata {
@@ -267,8 +267,9 @@ fn metadata(options: &Options, film: &FilmGeometry) -> FilmMetadata {
         world_to_ndc: { ndc_from_camera.map(|ndc| ndc * world_to_camera) }
             .filter(|ndc| ndc.is_finite()),
         spp: options.sampler.spp,
+        white_luminance: options.film.white_luminance,
         lens: options.camera.lens_name(),
-        photograph: options.camera.photograph(film),
+        photograph: camera.photograph(film),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),
         ..FilmMetadata::default()
     }

@@ -1,6 +1,7 @@
 //! The types of cameras: their names, and what each does.
 
 use super::*;
+use crate::film::Photograph;
 
 /// The type names a scene may give, for "did you mean".
 pub const CAMERA_NAMES: &[&str] = &["perspective", "realistic", "orthographic", "environment"];
@@ -154,6 +155,14 @@ impl Camera {
             Camera::Environment(_) => {
                 vec!["environment camera: all directions, latitude by longitude".to_string()]
             }
+        }
+    }
+
+    /// What a photographer notes of the image on `film`; `None` without a traced lens.
+    pub fn photograph(&self, film: &FilmGeometry) -> Option<Photograph> {
+        match self {
+            Camera::Realistic(c) => Some(c.photograph(film)),
+            Camera::Projective(_) | Camera::Environment(_) => None,
         }
     }
 

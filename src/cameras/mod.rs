@@ -41,6 +41,7 @@ use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::transform::Transform;
 use crate::math::{Rgb, UVec2, Vec2, Vec3};
 use crate::params::ParamReader;
+use crate::syntax::Span;
 use arrayvec::ArrayVec;
 
 /// Where, when and through which part of the lens the film is struck.
@@ -138,6 +139,14 @@ impl CameraSpec {
     /// `choices` of the command line win over the parameters.
     pub fn from_params(params: &ParamReader, choices: &CameraChoices) -> CameraSpec {
         CameraSpec::read(params, choices).unwrap_or_else(|| stand_in(params))
+    }
+
+    /// The name of the thing to focus on, and where the scene asks for it; `None` if it asks for none.
+    pub fn focus_object(&self) -> Option<(&str, Option<Span>)> {
+        match self {
+            CameraSpec::Realistic(spec) => spec.focus_object(),
+            CameraSpec::Projective(_) | CameraSpec::Environment(_) => None,
+        }
     }
 
     /// Chooses the renderer whose quirks are reproduced (`--compat`); only `realistic` has any.

@@ -3,7 +3,6 @@
 
 use super::realistic::Form;
 use super::{CameraSpec, FilmGeometry, ProjectiveSpec, RealisticSpec};
-use crate::film::Photograph;
 use crate::math::DMat4;
 use glam::DVec4;
 
@@ -23,16 +22,6 @@ impl CameraSpec {
     pub fn lens_name(&self) -> Option<String> {
         match self {
             CameraSpec::Realistic(spec) => Some(spec.lens_name.clone()),
-            _ => None,
-        }
-    }
-}
-
-impl CameraSpec {
-    /// What a photographer notes of the image on `film`; `None` without a traced lens.
-    pub fn photograph(&self, film: &FilmGeometry) -> Option<Photograph> {
-        match self {
-            CameraSpec::Realistic(spec) => Some(spec.photograph(film)),
             _ => None,
         }
     }

@@ -217,6 +217,7 @@ fn image_attributes(image: &Image) -> ImageAttributes {
 fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     let mut attributes = LayerAttributes {
         layer_position: Vec2(image.bounds.min.x as i32, image.bounds.min.y as i32),
+        white_luminance: metadata.white_luminance,
         software_name: Some(text(&metadata.software)),
         world_to_camera: metadata.world_to_camera.as_ref().map(matrix),
         world_to_normalized_device: metadata.world_to_ndc.as_ref().map(matrix),
@@ -268,8 +269,8 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     attributes
 }
 
-/// OpenEXR's standard attributes of cameras and lenses (<https://openexr.com/en/latest/StandardAttributes.html>), and two of our own,
-/// `depthOfField` and `hyperfocalDistance`, in meters as its `focus` is.
+/// OpenEXR's standard attributes of cameras and lenses (<https://openexr.com/en/latest/StandardAttributes.html>), and four of our own:
+/// `depthOfField` and `hyperfocalDistance`, in meters as its `focus` is, `workingFNumber`, and `fieldOfView` in degrees.
 fn note(photograph: &Photograph, attributes: &mut LayerAttributes) {
     let p = photograph;
     let infinite = p.focused_at_infinity.then_some(f64::INFINITY);
@@ -281,7 +282,8 @@ fn note(photograph: &Photograph, attributes: &mut LayerAttributes) {
     let mut add = |name: &str, value: AttributeValue| attributes.other.insert(text(name), value);
     let numbers = [
         ("tStop", p.t_number),
-        ("nominalFocalLength", p.focal_length),
+        ("workingFNumber", p.working_number),
+        ("nominalFocalLength", p.nominal_focal_length),
         ("effectiveFocalLength", p.focal_length),
         ("pinholeFocalLength", p.pinhole_focal_length),
         ("entrancePupilOffset", p.entrance_pupil),
@@ -296,6 +298,9 @@ fn note(photograph: &Photograph, attributes: &mut LayerAttributes) {
     let pair = |[x, y]: [f64; 2]| AttributeValue::FloatVec2(Vec2(x as f32, y as f32));
     add("sensorCenterOffset", pair(p.sensor_offset));
     add("sensorOverallDimensions", pair(p.sensor));
+    if let Some(angles) = p.field_of_view {
+        add("fieldOfView", pair(angles));
+    }
     if let Some(near) = p.near {
         add("depthOfField", pair([near, p.far.unwrap_or(f64::INFINITY)]));
     }

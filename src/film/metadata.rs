@@ -45,6 +45,9 @@ pub struct FilmMetadata {
     /// What the groups of its lights are called, where the image has a layer of each.
     #[serde(default)]
     pub light_groups: Vec<String>,
+    /// Luminance that the pixel value (1, 1, 1) stands for, cd/m²; `None` where the scene does not say.
+    #[serde(default)]
+    pub white_luminance: Option<f32>,
     /// Seed of the sampler.
     pub seed: u64,
     /// Name of the scene file, without folders.
@@ -67,10 +70,16 @@ pub struct Photograph {
     pub f_number: Option<f64>,
     /// The f-number of a lens without losses that is as bright in the middle of the film, both focused at infinity.
     pub t_number: Option<f64>,
-    /// The same at this focus.
+    /// The same at this focus: the effective f-number.
     pub working_number: Option<f64>,
-    /// Focal length.
+    /// Focal length at this focus.
     pub focal_length: Option<f64>,
+    /// Focal length at this zoom, focused at infinity: what is engraved on a lens.
+    #[serde(default)]
+    pub nominal_focal_length: Option<f64>,
+    /// Angles that the middle row and column of the film see, degrees; `None` where an end of one is dark.
+    #[serde(default)]
+    pub field_of_view: Option<[f64; 2]>,
     /// From the film to the pinhole with the same view near the axis, at this focus.
     pub pinhole_focal_length: Option<f64>,
     /// From the film to the entrance pupil.

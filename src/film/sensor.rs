@@ -1,9 +1,10 @@
-//! Sensors by name: `Film "image" "string sensor"`.
+//! Sensors by name: `Film "image" "string sensor"`, or `Camera "realistic" "string sensor"`.
 //!
 //! A preset says how many pixels there are and how far apart; the size follows. Classes of sensors, each with the figures of one that is
 //! sold, not brands.
 
 use crate::math::UVec2;
+use crate::params::ParamReader;
 
 /// Pixels and the distance between their middles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,18 @@ impl SensorPreset {
     /// The preset of this name.
     pub fn named(name: &str) -> Option<&'static SensorPreset> {
         SENSORS.iter().find(|preset| preset.name == name)
+    }
+
+    /// The one that a directive names. Those of pbrt-v4, which are spectral responses, change nothing.
+    pub fn from_params(reader: &ParamReader) -> Option<&'static SensorPreset> {
+        let name = reader.find_string("sensor")?;
+        let preset = SensorPreset::named(name);
+        if preset.is_none() {
+            let names = SENSORS.map(|preset| preset.name).join(", ");
+            let message = format!("no sensor is called \"{name}\" here; there are {names}");
+            reader.warn("sensor", message);
+        }
+        preset
     }
 
     /// Width and height in mm.

@@ -1,6 +1,6 @@
 //! The `Film "image"` directive.
 
-use super::sensor::{SENSORS, SensorPreset};
+use super::sensor::SensorPreset;
 use super::{LayerSet, PixelBounds, Tile};
 use crate::math::UVec2;
 use crate::params::{NamedFile, ParamReader};
@@ -20,7 +20,8 @@ const MAX_PIXELS: usize = 1 << 28;
 /// | `xresolution`, `yresolution` | integer | 1280 × 720 (pbrt-v2: 640 × 480) | pixels |
 /// | `cropwindow` | float×4 | 0 1 0 1 | x0 x1 y0 y1 as fractions of the image |
 /// | `diagonal` | float | 35 | mm, for the realistic camera |
-/// | `sensor` | string | none | name of a [`SensorPreset`], whose pixels and size are the defaults; not in pbrt-v3 |
+/// | `sensor` | string | the camera's | name of a [`SensorPreset`], whose pixels and size are the defaults; not in pbrt-v3 |
+/// | `whiteluminance` | float | none | cd/m² that the pixel value (1, 1, 1) stands for; written to the file; not in pbrt-v3 |
 /// | `scale` | float | 1 | multiplies the finished pixel |
 /// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
 /// | `aov` | string list | none | [layers](super::Layer) of the image, each by itself or between commas; not in pbrt-v3 |
@@ -36,6 +37,8 @@ pub struct FilmSpec {
     pub diagonal_mm: f64,
     /// Factor applied to the finished pixel.
     pub scale: f32,
+    /// Luminance that the pixel value (1, 1, 1) stands for, cd/m², where the scene says so.
+    pub white_luminance: Option<f32>,
     /// Limit on a sample's luminance, before the camera's weight.
     pub max_sample_luminance: f32,
     /// What the image keeps besides colors.
@@ -64,6 +67,7 @@ impl Default for FilmSpec {
             crop_window: [0.0, 1.0, 0.0, 1.0],
             diagonal_mm: 35.0,
             scale: 1.0,
+            white_luminance: None,
             max_sample_luminance: f32::INFINITY,
             layers: LayerSet::NONE,
         }
@@ -72,11 +76,21 @@ impl Default for FilmSpec {
 
 impl FilmSpec {
     /// Reads a `Film` directive. Invalid values are reported as errors and replaced by defaults, so that the rest of
-    /// the file is still checked.
-    pub fn from_params(reader: &ParamReader) -> FilmSpec {
+    /// the file is still checked. The `camera` may name the sensor as well.
+    pub fn from_params(reader: &ParamReader, camera: Option<&'static SensorPreset>) -> FilmSpec {
         let defaults = FilmSpec::default();
         reader.accept("display");
-        let sensor = sensor(reader);
+        let own = SensorPreset::from_params(reader);
+        if let (Some(own), Some(camera)) = (own, camera)
+            && own != camera
+        {
+            let message = format!(
+                "the film has the sensor \"{}\" and the camera \"{}\": leave one out",
+                own.name, camera.name
+            );
+            reader.error("sensor", message);
+        }
+        let sensor = own.or(camera);
         let pixels = sensor.map_or(defaults.resolution, |sensor| sensor.resolution);
         let resolution = UVec2::new(
             side(reader, "xresolution", pixels.x),
@@ -88,6 +102,8 @@ impl FilmSpec {
             resolution,
             diagonal_mm: positive(reader, "diagonal", diagonal.unwrap_or(defaults.diagonal_mm)),
             scale: positive(reader, "scale", 1.0) as f32,
+            white_luminance: { reader.find_float("whiteluminance") }
+                .map(|_| positive(reader, "whiteluminance", 1.0) as f32),
             max_sample_luminance: positive(reader, "maxsampleluminance", f64::INFINITY) as f32,
             layers: layers(reader),
             ..defaults
@@ -195,18 +211,6 @@ fn filename(reader: &ParamReader) -> Option<NamedFile> {
     let path = PathBuf::from(reader.find_string("filename").filter(|n| !n.is_empty())?);
     let span = reader.strings("filename")?.first()?.span;
     Some(NamedFile { path, span })
-}
-
-/// The named sensor. Those of pbrt-v4, which are spectral responses, change nothing.
-fn sensor(reader: &ParamReader) -> Option<&'static SensorPreset> {
-    let name = reader.find_string("sensor")?;
-    let preset = SensorPreset::named(name);
-    if preset.is_none() {
-        let names = SENSORS.map(|preset| preset.name).join(", ");
-        let message = format!("no sensor is called \"{name}\" here; there are {names}");
-        reader.warn("sensor", message);
-    }
-    preset
 }
 
 /// `aov`: the names of layers, in one string or several.

@@ -33,6 +33,7 @@ fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
 
 fn metadata() -> FilmMetadata {
     FilmMetadata {
+        white_luminance: None,
         freedom: Some(14.0),
         pool: Some(4),
         world_to_camera: Some(DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0))),
@@ -135,6 +136,7 @@ fn exr_header_is_what_other_programs_look_for() {
     // Imath's row-vector layout: translation in the last row of four.
     assert_eq!(own.world_to_camera.unwrap()[12..], [1.0, 2.0, 3.0, 1.0]);
     assert_eq!(own.world_to_normalized_device.unwrap()[5], 0.25);
+    assert_eq!(own.white_luminance, None);
     assert_eq!(
         own.software_name.as_ref().unwrap().to_string(),
         "fstop 0.0.0"
@@ -159,7 +161,10 @@ fn exr_header_says_how_the_camera_was_set() {
         lens: "dgauss.50mm.dat".into(),
         f_number: Some(5.6),
         t_number: Some(5.75),
+        working_number: Some(5.875),
         focal_length: Some(50.5),
+        nominal_focal_length: Some(51.0),
+        field_of_view: Some([38.5, 26.25]),
         pinhole_focal_length: Some(52.5),
         entrance_pupil: Some(48.0),
         focused_at_infinity: true,
@@ -172,6 +177,7 @@ fn exr_header_says_how_the_camera_was_set() {
     };
     let noted = FilmMetadata {
         photograph: Some(photograph.clone()),
+        white_luminance: Some(4000.0),
         ..metadata()
     };
     write(&path, &expose(8, |_| ()).develop(), &noted).unwrap();
@@ -181,11 +187,13 @@ fn exr_header_says_how_the_camera_was_set() {
     assert_eq!(own.focus, Some(f32::INFINITY));
     assert_eq!(own.exposure, Some(0.125));
     assert_eq!(own.iso_speed, None);
+    assert_eq!(own.white_luminance, Some(4000.0));
     use ::exr::meta::attribute::AttributeValue::{F32, FloatVec2};
     let other = |name: &str| own.other.get(&::exr::prelude::Text::from(name));
     for (name, value) in [
         ("tStop", 5.75),
-        ("nominalFocalLength", 50.5),
+        ("workingFNumber", 5.875),
+        ("nominalFocalLength", 51.0),
         ("effectiveFocalLength", 50.5),
         ("pinholeFocalLength", 52.5),
         ("entrancePupilOffset", 48.0),
@@ -195,6 +203,7 @@ fn exr_header_says_how_the_camera_was_set() {
     }
     let pair = |x, y| FloatVec2(::exr::prelude::Vec2(x, y));
     assert_eq!(other("sensorCenterOffset"), Some(&pair(-2000.0, 500.0)));
+    assert_eq!(other("fieldOfView"), Some(&pair(38.5, 26.25)));
     assert_eq!(other("depthOfField"), Some(&pair(12.5, f32::INFINITY)));
     assert_eq!(other("hyperfocalDistance"), None);
     // Shards carry it as JSON, which knows no infinity.

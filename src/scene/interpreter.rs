@@ -4,6 +4,7 @@ use super::blocks::{Block, block_of};
 use super::description::{Frame, SceneDescription};
 use super::dialect::{DialectChoice, Evidence, INCLUDE_IN_LIST, is_v2_only};
 use super::media::NamedMedia;
+use super::names::Names;
 use super::options::{Options, StoredDirective, StoredOptions};
 use super::reading::Reading;
 use super::scopes::{Current, Scope, Scopes};
@@ -543,7 +544,33 @@ impl<'a> Interpreter<'a> {
         }
         self.current = Current::new();
         self.coordinate_systems.clear();
-        Some(world.into_frame(options, media))
+        let mut frame = world.into_frame(options, media);
+        self.find_focus_target(&mut frame);
+        Some(frame)
+    }
+
+    /// Finds what the camera is to focus on, if that has a name.
+    fn find_focus_target(&self, frame: &mut Frame) {
+        let Some((name, place)) = frame.options.camera.focus_object() else {
+            return;
+        };
+        let names = Names::of(frame, self.sources);
+        let target = names.target(name);
+        if target.is_none() {
+            let message = format!(
+                "no object, shape or material is called `{name}`{}",
+                names.some()
+            );
+            let error = Diagnostic {
+                span: place,
+                ..Diagnostic::error(message)
+            };
+            let known = names
+                .all()
+                .map(|known| known.split('#').next().unwrap_or(known));
+            self.diagnostics.push_with_nearest(error, name, known);
+        }
+        frame.options.focus_target = target;
     }
 
     /// The location of the integrator's type.

@@ -22,4 +22,4 @@ mod world_block;
 pub use description::Frame;
 pub use interpreter::{ReadSettings, read_scene};
 pub use light_groups::LightGroups;
-pub use names::Names;
+pub use names::{FocusTarget, Names};

@@ -3,7 +3,7 @@
 use super::description::{Frame, ShapeEntity};
 use crate::handles::MaterialId;
 use crate::syntax::{SourceMap, Span};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Where a material's name comes from.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +62,71 @@ impl Names {
                     format!("{name}#{}", instances.count(name))
                 })
                 .collect(),
+        }
+    }
+}
+
+/// What a name stands for: numbers of materials, of shapes that are in no object, and of instances.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FocusTarget {
+    /// Of these materials.
+    pub materials: HashSet<MaterialId>,
+    /// Or one of these shapes.
+    pub shapes: HashSet<u32>,
+    /// Or instances.
+    pub instances: HashSet<u32>,
+}
+
+/// Names that a message tells.
+const TOLD: usize = 8;
+
+impl Names {
+    /// All that is called `name`, or so and a number (`tree` is every `tree#1`, `tree#2`…); `None` if nothing is.
+    pub fn target(&self, name: &str) -> Option<FocusTarget> {
+        let is_called = |known: &String| match known.strip_prefix(name) {
+            Some("") => true,
+            Some(rest) => rest
+                .strip_prefix('#')
+                .is_some_and(|n| n.parse::<u64>().is_ok()),
+            None => false,
+        };
+        let numbers = |names: &[String]| -> HashSet<u32> {
+            let called = names.iter().zip(0..).filter(|(known, _)| is_called(known));
+            called.map(|(_, number)| number).collect()
+        };
+        let target = FocusTarget {
+            materials: numbers(&self.materials)
+                .into_iter()
+                .map(MaterialId)
+                .collect(),
+            shapes: numbers(&self.shapes),
+            instances: numbers(&self.instances),
+        };
+        (target != FocusTarget::default()).then_some(target)
+    }
+
+    /// Each name there is: instances, shapes and materials.
+    pub fn all(&self) -> impl Iterator<Item = &str> {
+        let names = { self.instances.iter() }
+            .chain(&self.shapes)
+            .chain(&self.materials);
+        names.map(String::as_str)
+    }
+
+    /// Some of them, for a message.
+    pub fn some(&self) -> String {
+        let mut told: Vec<&str> = Vec::new();
+        for name in self.all() {
+            if told.len() == TOLD {
+                return format!("; there are {}, …", told.join(", "));
+            }
+            if !told.contains(&name) {
+                told.push(name);
+            }
+        }
+        match told.is_empty() {
+            true => String::new(),
+            false => format!("; there are {}", told.join(", ")),
         }
     }
 }

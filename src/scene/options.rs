@@ -1,10 +1,12 @@
 //! The options block: directives are stored and only interpreted at `WorldEnd`, when the dialect of the file is known
 //! (docs/scene-language.md §2.3).
 
+use super::names::FocusTarget;
 use super::reading::Reading;
 use super::transforms::{Ctm, Placement};
 use crate::cameras::{CameraChoices, CameraSpec};
 use crate::film::FilmSpec;
+use crate::film::sensor::SensorPreset;
 use crate::filters::Filter;
 use crate::integrators::{IntegratorSettings, MediaSeen};
 use crate::params::ParamReader;
@@ -30,6 +32,8 @@ pub struct Options {
     pub integrator: IntegratorSettings,
     /// Which effects of pbrt-v2's volumes are visible.
     pub media_seen: MediaSeen,
+    /// What the camera is to focus on, if that has a name.
+    pub focus_target: Option<FocusTarget>,
     /// Memory limit in bytes (`--max-memory`); `None` for what the machine provides.
     pub max_memory: Option<u64>,
 }
@@ -103,11 +107,14 @@ impl StoredOptions {
     pub fn read(&self, reading: &Reading, details: bool, choices: &CameraChoices) -> Options {
         self.read_accelerator(reading);
         self.read_renderer(reading);
+        let realistic = |given: &&StoredDirective| given.typed.kind.text == "realistic";
+        let sensor = { self.camera.as_ref().filter(realistic) }
+            .and_then(|camera| reading.look(camera, SensorPreset::from_params));
         let film = reading.read_or("Film", self.film.as_ref(), "image", |reader| {
             if reader.kind() != "image" {
                 reader.unknown_kind(&["image"]);
             }
-            FilmSpec::from_params(reader)
+            FilmSpec::from_params(reader, sensor)
         });
         let filter = self.filter.as_ref();
         let filter = reading.read_or("PixelFilter", filter, "box", Filter::from_params);
@@ -145,6 +152,7 @@ impl StoredOptions {
             sampler: integrator.spec.own_sampler().unwrap_or(sampler),
             integrator,
             media_seen,
+            focus_target: None,
             max_memory: None,
         }
     }

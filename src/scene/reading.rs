@@ -54,6 +54,13 @@ impl<'a> Reading<'a> {
         result
     }
 
+    /// Reads something of a stored directive that is read again.
+    pub fn look<R>(&self, stored: &StoredDirective, f: impl FnOnce(&ParamReader) -> R) -> R {
+        let Typed { kind, params } = &stored.typed;
+        let (word, span) = (stored.word, stored.span);
+        f(&ParamReader::new(&self.context, word, span, kind, params))
+    }
+
     /// Reads a stored directive.
     pub fn read_stored<R>(&self, stored: &StoredDirective, f: impl FnOnce(&ParamReader) -> R) -> R {
         self.read(stored.word, stored.span, &stored.typed, f)

@@ -5,11 +5,14 @@ use serde_json::Value;
 use std::path::PathBuf;
 
 /// All but `noct_58_f0.95`, which is aspheric and has tests of its own (`tests/optics/asphere_golden.rs`).
-pub(crate) const LENSES: [&str; 12] = [
+/// `_at_` is a zoom of the file before it.
+pub(crate) const LENSES: [&str; 16] = [
     "canon_uw_14",
     "course_dgauss_100",
     "dgauss_50",
+    "dgauss_50_film_in_glass",
     "fisheye_10",
+    "fisheye_206",
     "nikon_50_f1.2",
     "petzval_50",
     "retrofocus_35",
@@ -17,6 +20,8 @@ pub(crate) const LENSES: [&str; 12] = [
     "tessar_100",
     "triplet_50",
     "wide_22",
+    "zoom_80_200_at_194",
+    "zoom_80_200_at_81.55",
     "zoom_80_200_wide",
 ];
 
@@ -40,6 +45,11 @@ impl Golden {
         })
     }
 
+    /// Those with spots, too, which are quadratures of the earlier generator.
+    pub(crate) fn with_spots() -> impl Iterator<Item = Golden> {
+        Golden::all().filter(|g| has_spots(&g.data))
+    }
+
     /// The surfaces with the stop at `scale` of its diameter.
     pub(crate) fn surfaces(&self, scale: f64) -> Vec<Surface> {
         let mut surfaces = self.prescription.surfaces.clone();
@@ -50,12 +60,23 @@ impl Golden {
     }
 }
 
+/// Are there spots in the data of a lens?
+pub(crate) fn has_spots(data: &Value) -> bool {
+    data.pointer("/fields/0/spot_rms_um").is_some()
+}
+
 /// The prescription and the golden data of the lens `name`.
 pub(crate) fn read(name: &str) -> (Prescription, Value) {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-    let file = |ending: &str| folder.join(format!("{name}.{ending}"));
-    let text = std::fs::read_to_string(file("json")).expect("golden data of the project");
-    let prescription = Prescription::read(&file("dat")).expect("a lens of the project");
+    let text = std::fs::read_to_string(folder.join(format!("{name}.json")));
+    let text = text.expect("golden data of the project");
+    let (lens, zoom) = match name.split_once("_at_") {
+        Some((lens, zoom)) => (lens, Some(zoom.parse().expect("a zoom"))),
+        None => (name, None),
+    };
+    let prescription = Prescription::read(&folder.join(format!("{lens}.dat")));
+    let prescription = prescription.expect("a lens of the project");
+    let prescription = { prescription.at_position(zoom, f64::INFINITY) }.expect("a zoom of it");
     (
         prescription,
         serde_json::from_str(&text).expect("golden data are JSON"),

@@ -6,7 +6,7 @@ use fstop::optics::analysis::{
 };
 use fstop::optics::best_focus;
 use fstop::optics::pupil::RINGS;
-use fstop::optics::{ExitPupil, Lens, Prescription};
+use fstop::optics::{ExitPupil, Lens};
 use serde_json::Value;
 
 /// A lens at its golden film distance, and its golden data.
@@ -32,7 +32,11 @@ fn chief_rays_and_distortion() {
                 (angle - expected).abs() < 1e-8,
                 "{name} {height}: {angle} {expected}"
             );
-            let expected = number(field, "/distortion_tan_pct");
+            // The tangent of the angle says nothing beyond a right angle.
+            let Some(expected) = field["distortion_tan_pct"].as_f64() else {
+                assert!(angle > 90.0, "{name} {height}: {angle}");
+                continue;
+            };
             let found = 100.0 * (height / scale.ideal_height(&ray) - 1.0);
             // The golden film is rounded to 1e-6 mm, its reference is the exact focal length; ours the chief ray at
             // 1e-4 of the corner, whose distortion is 1e-8 of the corner's.
@@ -81,6 +85,9 @@ fn spots_and_illumination() {
                 (found / expected - 1.0).abs() < 3e-3,
                 "{name} {height}: illumination {found} {expected}"
             );
+            if !golden_lenses::has_spots(&data) {
+                continue;
+            }
             let expected = number(field, "/spot_rms_um/1") * 1e-3;
             let beam = Beam::new(
                 &lens,
@@ -104,9 +111,10 @@ fn spots_and_illumination() {
 #[test]
 fn best_focus_at_infinity() {
     for name in LENSES {
-        let folder = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-        let p = Prescription::read(&folder.join(format!("{name}.dat"))).unwrap();
-        let (_, data) = read(name);
+        let (p, data) = golden_lenses::read(name);
+        if !golden_lenses::has_spots(&data) {
+            continue;
+        }
         let best = best_focus::film_distance(&p, f64::INFINITY).unwrap();
         let expected = number(&data, "/fields/0/best_focus_shift");
         let found = p.length() + best - number(&data, "/film_z");

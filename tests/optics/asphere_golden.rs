@@ -272,6 +272,7 @@ fn three_colored(p: &Prescription, film_distance: f64, stop: f64) -> Realistic {
     let bands = [(LINE_C, Rgb::X), (LINE_D, Rgb::Y), (LINE_F, Rgb::Z)];
     let spec = RealisticSpec {
         lens_name: String::new(),
+        nominal_focal_length: None,
         lens: lens(LINE_D),
         form: Form::Course,
         weighting: Weighting::Physical,

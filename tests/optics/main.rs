@@ -14,6 +14,7 @@ mod asphere_golden;
 mod common;
 mod files;
 mod film_in_a_medium;
+mod ghost_energy;
 mod lens_extremes;
 mod limits;
 mod optics_fields;

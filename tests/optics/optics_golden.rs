@@ -35,8 +35,11 @@ const SCALES: [(&str, f64); 3] = [("1", 1.0), ("0.5", 0.5), ("0.25", 0.25)];
 fn first_order_and_pupils() {
     for g in Golden::all() {
         let name = g.name;
-        assert!(
+        // That the film lies in glass is said.
+        let in_air = g.prescription.surfaces.last().unwrap().index == 1.0;
+        assert_eq!(
             g.prescription.warnings.is_empty(),
+            in_air,
             "{name}: {:?}",
             g.prescription.warnings
         );
@@ -260,7 +263,10 @@ fn reversed_rays_come_back_in_single_precision() {
                     (o[i] + t * d[i] - ray.to[i]).abs(),
                     (d[i] + came.d[i]).abs(),
                 ];
-                assert!(errors[0] <= 1e-4 && errors[1] <= 5e-6, "{what}: {errors:?}");
+                // Rays from behind fisheye_206 are bent by more than a right angle before the stop: twice the error of others.
+                let direction = if g.name == "fisheye_206" { 1e-5 } else { 5e-6 };
+                let near = errors[0] <= 1e-4 && errors[1] <= direction;
+                assert!(near, "{what}: {errors:?}");
             }
         }
     }
@@ -368,4 +374,21 @@ fn our_lens_files_are_read_without_complaint() {
         );
         assert_eq!(p.surfaces[paraxial.stop].aperture, stop, "{file}");
     }
+}
+
+/// What the golden data are to have in them, besides lenses in air that look ahead.
+#[test]
+fn films_in_glass_zooms_and_rays_from_behind_are_among_them() {
+    let read = |name| Golden::all().find(|g| g.name == name).unwrap();
+    let glass = read("dgauss_50_film_in_glass");
+    assert_eq!(glass.prescription.surfaces.last().unwrap().index, 1.5168);
+    // What the patent's numbers make of themselves at its ends.
+    for (name, focal_length) in [
+        ("zoom_80_200_at_81.55", 81.549920824),
+        ("zoom_80_200_at_194", 195.999955682),
+    ] {
+        assert!((read(name).number("/first_order/efl") - focal_length).abs() < 5e-10);
+    }
+    let behind = |ray: &&Ray| ray.outcome == "ok" && ray.rest[5] > 0.0;
+    assert!(rays(&read("fisheye_206")).iter().filter(behind).count() >= 10);
 }

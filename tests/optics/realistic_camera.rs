@@ -25,6 +25,7 @@ pub(crate) fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form
     let distance = film_distance.unwrap_or_else(|| Lens::focused(&prescription, 1000.0).unwrap());
     RealisticSpec {
         lens_name: "singlet.dat".to_string(),
+        nominal_focal_length: None,
         lens: Lens::new(&prescription, distance).unwrap(),
         form,
         weighting: Weighting::Physical,

@@ -34,6 +34,7 @@ impl Setup {
     fn camera(&self, stop_shape: Option<StopShape>) -> Camera {
         let spec = RealisticSpec {
             lens_name: "biconvex.dat".to_string(),
+            nominal_focal_length: None,
             lens: self.lens.clone(),
             form: Form::Course,
             weighting: Weighting::Physical,

@@ -358,6 +358,7 @@ pub(super) fn traced(prescription: &Prescription, focus: f64, form: Form) -> Rea
     let distance = Lens::focused(prescription, focus).unwrap();
     RealisticSpec {
         lens_name: String::new(),
+        nominal_focal_length: None,
         lens: Lens::new(prescription, distance).unwrap(),
         form,
         weighting: Weighting::Physical,

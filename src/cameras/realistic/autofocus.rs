@@ -1,5 +1,5 @@
 //! Focus on what the image shows somewhere: `"float focuspoint"`, `"float autofocuszones"`, the course's `"string af_zones"`, and
-//! `--focus-point`.
+//! `--focus-point`; or on one thing wherever the image shows it: `"string focusobject"`.
 //!
 //! A camera of the course takes small images of a zone with the film at many distances, and keeps the one of most contrast. What that looks for is known
 //! here: rays from the middle of the pupil say how far the things in a zone are, and their median is what the lens is focused on, as by `focusdistance`.
@@ -12,7 +12,7 @@ use crate::files;
 use crate::math::ray::Ray;
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::optics::f_number::ApertureNumber;
-use crate::optics::{FocusError, Lens, Prescription, best_focus, focus};
+use crate::optics::{FocusError, Lens, Paraxial, Prescription, best_focus, focus};
 use crate::params::ParamReader;
 use crate::syntax::Span;
 use std::fmt;
@@ -30,6 +30,8 @@ pub enum Zone {
         /// Upper and lower end.
         y: [f64; 2],
     },
+    /// All of it.
+    Image,
 }
 
 impl fmt::Display for Zone {
@@ -40,12 +42,16 @@ impl fmt::Display for Zone {
                 let ([left, right], [top, bottom]) = (x, y);
                 write!(f, "the zone {left} {right} {top} {bottom} of the image")
             }
+            Zone::Image => write!(f, "the image"),
         }
     }
 }
 
 /// Rays along each side of a zone: of a thousand, the median is off by two percent of the zone's things.
 const ACROSS_AREA: u32 = 32;
+
+/// In all of the image, for one thing in it: what is a hundredth of it wide is met by one or two of these rays.
+const ACROSS_IMAGE: u32 = 128;
 
 /// Of a point, whose rays come from this many pixels to either side of it: a wire there, or a gap, is not what is looked at.
 const ACROSS_POINT: u32 = 5;
@@ -67,6 +73,7 @@ impl Zone {
                 [x.map(|v| v * size[0]), y.map(|v| v * size[1])],
                 ACROSS_AREA,
             ),
+            Zone::Image => (size.map(|n| [0.0, n]), ACROSS_IMAGE),
         };
         let at = move |axis: usize, i: u32| {
             let [low, high] = ends[axis];
@@ -91,6 +98,8 @@ pub(super) enum Stop {
 pub struct Autofocus {
     /// At least one.
     pub zones: Vec<Zone>,
+    /// The name of the only thing that counts, if one is given.
+    pub object: Option<String>,
     /// Where the scene asks for it; `None`: on the command line.
     pub place: Option<Span>,
     /// The one that the lens is focused on; `None` before it is.
@@ -116,6 +125,9 @@ pub enum AutofocusError {
     /// Rays from there meet nothing.
     #[error("autofocus finds nothing in {0}, and the focus is left as it is")]
     Nothing(String),
+    /// What is to be focused on is not seen.
+    #[error("autofocus does not find `{0}` in the image, and the focus is left as it is")]
+    Unseen(String),
     /// The lens does not focus so near.
     #[error("autofocus on {zone}: {error}")]
     Focus {
@@ -126,7 +138,24 @@ pub enum AutofocusError {
     },
 }
 
+impl Autofocus {
+    /// What it focuses on in `zone`.
+    pub(super) fn target(&self, zone: &Zone) -> String {
+        match &self.object {
+            Some(name) => format!("`{name}`"),
+            None => zone.to_string(),
+        }
+    }
+}
+
 impl LensMaker {
+    /// Focal length of the lens focused at infinity, mm; `None` if it is afocal.
+    pub(super) fn nominal_focal_length(&self) -> Option<f64> {
+        let lens = self.prescription.at_position(self.zoom, f64::INFINITY);
+        let lens = lens.as_ref().unwrap_or(&self.prescription);
+        Some(Paraxial::new(&lens.surfaces).cardinals?.focal_length)
+    }
+
     /// Focused at a plane, mm from the film or, in the course's form, from the first vertex, and what it is in the bands of the spectrum.
     fn focused(&self, form: Form, distance: f64) -> Result<(Lens, Vec<Band>), FocusError> {
         // Only the film moves in the course's form.
@@ -149,7 +178,7 @@ impl LensMaker {
             Form::Pbrt3 if self.best => best_focus::film_distance(&lens, distance)?,
             Form::Pbrt3 => Lens::focused(&lens, distance)?,
             Form::Course => {
-                let cardinals = crate::optics::Paraxial::new(&lens.surfaces).cardinals;
+                let cardinals = Paraxial::new(&lens.surfaces).cardinals;
                 focus::film_distance_for_object(cardinals, distance)?
             }
         };
@@ -205,7 +234,7 @@ impl RealisticSpec {
 }
 
 impl Realistic {
-    /// The camera as it is to be after one look through it: `sees` gives the first thing that a ray meets. `None` for one without autofocus.
+    /// The camera as it is to be after one look through it: `sees` gives the first thing that a ray meets, if that counts. `None` for one without autofocus.
     pub fn refocused(
         &self,
         film: &FilmGeometry,
@@ -216,6 +245,9 @@ impl Realistic {
         let middles = middles.filter_map(|zone| Some((*zone, self.middle_of(zone, film, sees)?)));
         let nearest = middles.max_by(|(_, a), (_, b)| a.z.total_cmp(&b.z));
         let Some((zone, p)) = nearest else {
+            if let Some(name) = &auto.object {
+                return Some(Err(AutofocusError::Unseen(name.clone())));
+            }
             let zones: Vec<String> = auto.zones.iter().map(Zone::to_string).collect();
             return Some(Err(AutofocusError::Nothing(zones.join(", "))));
         };
@@ -225,7 +257,7 @@ impl Realistic {
             }
             spec
         });
-        let zone = zone.to_string();
+        let zone = auto.target(&zone);
         Some(focused.map_err(|error| AutofocusError::Focus { zone, error }))
     }
 
@@ -269,25 +301,43 @@ impl Realistic {
     }
 }
 
-/// The zones that are asked for, and where; `None` without any. `point` comes from the command line, and wins.
-pub(super) fn zones(
-    params: &ParamReader,
-    point: Option<[f64; 2]>,
-) -> Option<(Vec<Zone>, Option<Span>)> {
-    let given = ["focuspoint", "autofocuszones", "af_zones"];
-    let by_params = [point_of, zones_of, zones_of_file].map(|read| read(params));
+/// What is to be focused on.
+pub(super) struct Wish {
+    pub zones: Vec<Zone>,
+    pub object: Option<String>,
+    pub place: Option<Span>,
+}
+
+/// What is asked for, if anything. `point` comes from the command line, and wins.
+pub(super) fn wish(params: &ParamReader, point: Option<[f64; 2]>) -> Option<Wish> {
+    let object = params.find_string("focusobject").map(str::to_string);
+    let image = object.as_ref().map(|_| vec![Zone::Image]);
+    let [point_given, zones_given, zones_of_file] =
+        [point_of, zones_of, zones_of_file].map(|read| read(params));
     if let Some(point) = point {
-        return Some((vec![Zone::Point(point)], None));
+        return Some(Wish {
+            zones: vec![Zone::Point(point)],
+            object: None,
+            place: None,
+        });
     }
-    let mut found = given
-        .iter()
-        .zip(by_params)
-        .filter_map(|(name, zones)| Some((*name, zones?)));
+    let mut found = [
+        ("focusobject", image),
+        ("focuspoint", point_given),
+        ("autofocuszones", zones_given),
+        ("af_zones", zones_of_file),
+    ]
+    .into_iter()
+    .filter_map(|(name, zones)| Some((name, zones?)));
     let (name, zones) = found.next()?;
     for (other, _) in found {
         params.warn(other, format!("{name} is given too, and wins"));
     }
-    Some((zones, Some(params.place(name))))
+    Some(Wish {
+        zones,
+        object,
+        place: Some(params.place(name)),
+    })
 }
 
 /// Is it a fraction?

@@ -32,7 +32,7 @@
 //! ([`Exposure`]); `"float shift"` [x y], the lens moved across the film, mm; `"float tilt"` [x y], the film turned about its
 //! middle, degrees (`tilted`); `"float zoom"` of a lens whose file says how its groups
 //! move, which they do with `focusdistance`, too ([`crate::optics::prescription::positions`]); `"float focuspoint"` [x y],
-//! `"float autofocuszones"` and `"string af_zones"`, parts of the image to focus on (`autofocus`).
+//! `"float autofocuszones"` and `"string af_zones"`, parts of the image to focus on, and `"string focusobject"`, a thing in it (`autofocus`).
 //!
 //! `"bool dispersion"` (false): each ray is traced at one of twelve wavelengths, for lens files that tell Abbe numbers or
 //! dispersion formulas; see [`Band`]. The pupil, the model and the weight are those of the wavelength, the film

@@ -1,6 +1,6 @@
 //! Reading `Camera "realistic"`: both spellings, and every problem of the lens file.
 
-use super::autofocus::{LensMaker, Stop, zones};
+use super::autofocus::{LensMaker, Stop, Wish, wish};
 use super::stop_shape;
 use super::{Autofocus, Band, Compat, Exposure, Form, Precision, RealisticSpec, Weighting};
 use crate::cameras::{CameraChoices, Clip, Shutter};
@@ -28,6 +28,8 @@ impl RealisticSpec {
     /// where no lens can be made. `choices` win over what the parameters say.
     pub fn from_params(params: &ParamReader, choices: &CameraChoices) -> Option<RealisticSpec> {
         let form = form(params);
+        // The film's.
+        params.accept("sensor");
         let shutter = Shutter::from_params(params);
         let compat = [("none", Compat::None), ("pbrt-v2", Compat::PbrtV2)];
         let compat = choice(params, "compat", compat);
@@ -57,14 +59,21 @@ impl RealisticSpec {
         let light = stop_shape.as_ref().map_or(1.0, StopShape::light);
         let number = |params: &ParamReader| number(params, light, choices.f_number);
         let (prescription, mut maker) = prescription(params, form, number)?;
-        let zones = zones(params, choices.focus_point);
+        let wish = wish(params, choices.focus_point);
         let lens = lens(params, form, &prescription)?;
         let bands = bands(params, &prescription, &lens);
-        let autofocus = zones.map(|(zones, place)| {
+        let nominal_focal_length = maker.nominal_focal_length();
+        let autofocus = wish.map(|wish| {
             maker.best = form == Form::Pbrt3 && is_best(params);
             maker.dispersion = !bands.is_empty();
+            let Wish {
+                zones,
+                object,
+                place,
+            } = wish;
             Box::new(Autofocus {
                 zones,
+                object,
                 place,
                 chosen: None,
                 maker,
@@ -80,6 +89,7 @@ impl RealisticSpec {
         let lens_name = file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
         Some(RealisticSpec {
             lens_name,
+            nominal_focal_length,
             lens,
             form,
             weighting,

@@ -1,6 +1,6 @@
 //! What a photographer notes of an image, for the render line and the image's file.
 
-use super::RealisticSpec;
+use super::{Realistic, RealisticSpec};
 use crate::cameras::FilmGeometry;
 use crate::film::Photograph;
 use crate::optics::Prescription;
@@ -14,9 +14,21 @@ fn meters(mm: f64) -> Option<f64> {
     mm.is_finite().then_some(1e-3 * mm)
 }
 
-impl RealisticSpec {
+impl Realistic {
     /// What was set, and what follows from it for the image on `film`.
     pub fn photograph(&self, film: &FilmGeometry) -> Photograph {
+        let size = film.size_mm(self.spec.diagonal(film));
+        let [x, y] = self.field_of_view(size);
+        Photograph {
+            field_of_view: x.zip(y).map(|(x, y)| [x, y]),
+            ..self.spec.photograph(film)
+        }
+    }
+}
+
+impl RealisticSpec {
+    /// What the spec alone tells of that.
+    fn photograph(&self, film: &FilmGeometry) -> Photograph {
         let lens = &self.lens;
         let paraxial = lens.paraxial();
         let diagonal = self.diagonal(film);
@@ -37,6 +49,9 @@ impl RealisticSpec {
             t_number: t_number(&self.prescription(), light),
             working_number: working_number(lens, light),
             focal_length: paraxial.cardinals.map(|c| c.focal_length),
+            nominal_focal_length: self.nominal_focal_length,
+            // Its ends are found by the pupil: see `Realistic::photograph`.
+            field_of_view: None,
             pinhole_focal_length: lens.pinhole_focal_length(),
             entrance_pupil: paraxial.entrance_pupil.map(|p| lens.film_z() - p.z),
             focus: plane.and_then(meters),

@@ -24,9 +24,9 @@ impl Realistic {
             ),
             self.focus_line(),
         ];
-        let chosen = spec.autofocus.as_ref().and_then(|auto| auto.chosen);
-        lines.extend(chosen.map(|zone| format!("focused on {zone}")));
-        lines.extend(photograph_lines(&spec.photograph(film)));
+        let chosen = { spec.autofocus.as_ref() }.and_then(|auto| Some(auto.target(&auto.chosen?)));
+        lines.extend(chosen.map(|target| format!("focused on {target}")));
+        lines.extend(photograph_lines(&self.photograph(film)));
         lines.push(self.field_of_view_line([width, height], spec.diagonal(film)));
         lines.push(format!(
             "about {:.1} % of the rays are vignetted",
@@ -59,33 +59,39 @@ impl Realistic {
         lines
     }
 
+    /// The angles that the middle row and column of a film of this size, mm, see, degrees; `None` where an end is dark.
+    pub(super) fn field_of_view(&self, size: [f64; 2]) -> [Option<f64>; 2] {
+        if let Some(ends) = self.tilted_ends(size) {
+            return ends.map(|ends| Some(self.angle_between(ends)?.abs()));
+        }
+        let shift = self.spec.shift;
+        [0, 1].map(|i| {
+            let half = 0.5 * size[i];
+            self.angle_between([shift[i] - half, shift[i] + half])
+        })
+    }
+
+    /// Between what two points of a line through the flat film's middle see, mm from there; degrees.
+    fn angle_between(&self, [low, high]: [f64; 2]) -> Option<f64> {
+        let signed = |x: f64| Some(self.field_angle(x.abs())?.copysign(x));
+        Some((signed(high)? - signed(low)?).to_degrees())
+    }
+
     /// Of a film of this size, mm, and of its diagonal where its middle lies on the axis.
     fn field_of_view_line(&self, size: [f64; 2], diagonal: f64) -> String {
-        let signed = |x: f64| Some(self.field_angle(x.abs())?.copysign(x));
-        if let Some([x, y]) = self.tilted_ends(size) {
-            let [x, y] = [x, y].map(|[low, high]| match (signed(low), signed(high)) {
-                (Some(low), Some(high)) => format!("{:.1}", (high - low).abs().to_degrees()),
-                _ => "dark".to_string(),
-            });
-            return format!("field of view {x} x {y} degrees");
+        let text =
+            |angle: Option<f64>| angle.map_or("dark".to_string(), |angle| format!("{angle:.1}"));
+        let [x, y] = self.field_of_view(size).map(text);
+        let view = format!("field of view {x} x {y} degrees");
+        if self.tilted.is_some() {
+            return view;
         }
-        let between = |[low, high]: [f64; 2]| match (signed(low), signed(high)) {
-            (Some(low), Some(high)) => format!("{:.1}", (high - low).to_degrees()),
-            _ => "dark".to_string(),
-        };
-        let shift = self.spec.shift;
-        let [x, y] = [0, 1].map(|i| {
-            let half = 0.5 * size[i];
-            between([shift[i] - half, shift[i] + half])
-        });
-        if shift == [0.0; 2] {
-            let corners = between([-0.5 * diagonal, 0.5 * diagonal]);
-            return format!("field of view {x} x {y} degrees, diagonal {corners}");
+        if self.spec.shift == [0.0; 2] {
+            let corners = text(self.angle_between([-0.5 * diagonal, 0.5 * diagonal]));
+            return format!("{view}, diagonal {corners}");
         }
-        let [right, up] = shift.map(length_text);
-        format!(
-            "field of view {x} x {y} degrees, the lens shifted {right} mm to the right and {up} mm up"
-        )
+        let [right, up] = self.spec.shift.map(length_text);
+        format!("{view}, the lens shifted {right} mm to the right and {up} mm up")
     }
 
     /// Where the lines from the ends of a tilted film's middle row and column through the middle of the pupil meet the flat film: x of the one's and y
@@ -110,7 +116,7 @@ impl Realistic {
             None => "afocal".to_string(),
         };
         let number = match self.effective_f_number() {
-            Some(n) => format!("f/{n:.2}"),
+            Some(n) => format!("effective f/{n:.2}"),
             None => "no light".to_string(),
         };
         format!(

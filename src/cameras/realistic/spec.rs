@@ -7,6 +7,7 @@ use crate::optics::focus::{SharpPlane, sharp_plane};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, StopShape};
+use crate::syntax::Span;
 
 /// Which spelling a camera was written in: decides units and origin of camera space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +58,8 @@ pub struct RealisticSpec {
     pub lens_name: String,
     /// The lens, its stop set and its film in place.
     pub lens: Lens,
+    /// Its focal length at this zoom, focused at infinity, mm: what is engraved on it. `None` for an afocal one.
+    pub nominal_focal_length: Option<f64>,
     /// Units and origin of camera space.
     pub form: Form,
     /// What rays count for.
@@ -93,6 +96,12 @@ impl RealisticSpec {
     /// The diagonal that counts, mm.
     pub fn diagonal(&self, film: &FilmGeometry) -> f64 {
         self.film_diagonal.unwrap_or(film.diagonal_mm)
+    }
+
+    /// The name of the thing to focus on, and where the scene asks for it.
+    pub fn focus_object(&self) -> Option<(&str, Option<Span>)> {
+        let auto = self.autofocus.as_ref()?;
+        Some((auto.object.as_deref()?, auto.place))
     }
 
     /// Where the film lies, if it is tilted.

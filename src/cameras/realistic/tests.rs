@@ -19,6 +19,7 @@ pub(super) fn double_gauss() -> RealisticSpec {
     let distance = Lens::focused(&prescription, 1000.0).unwrap();
     RealisticSpec {
         lens_name: "dgauss.dat".to_string(),
+        nominal_focal_length: None,
         lens: Lens::new(&prescription, distance).unwrap(),
         form: Form::Course,
         weighting: Weighting::Physical,
@@ -390,6 +391,7 @@ fn what_is_focused_on_becomes_sharp() {
             shift: [1.0, -2.0],
             autofocus: Some(Box::new(Autofocus {
                 zones: vec![Zone::Point([0.3, 0.6])],
+                object: None,
                 place: None,
                 chosen: None,
                 maker,

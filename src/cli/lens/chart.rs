@@ -154,8 +154,8 @@ impl Chart {
             .set_all_tick_mark_size(5 * FINE)
             .x_desc(self.x_label)
             .y_desc(self.y_label)
-            .x_labels(labels(canvas.dim_in_pixel().0))
-            .y_labels(labels(canvas.dim_in_pixel().1))
+            .x_labels(labels(&self.x, canvas.dim_in_pixel().0))
+            .y_labels(labels(&self.y, canvas.dim_in_pixel().1))
             .x_label_formatter(&|v| number(*v, x_step))
             .y_label_formatter(&|v| number(*v, y_step))
             .label_style(("sans-serif", TEXT))
@@ -259,9 +259,14 @@ fn legend_pieces(stroke: Stroke) -> [[i32; 2]; 3] {
     }
 }
 
-/// How many tick labels an axis of so many drawn pixels has room for.
-fn labels(pixels: u32) -> usize {
-    (pixels / (48 * FINE)).clamp(4, 9) as usize
+/// How many tick labels the axis of this range is to have at most: as many as so many drawn pixels have room for, or more where these would be
+/// fewer than two, which show no scale.
+fn labels(range: &Range<f64>, pixels: u32) -> usize {
+    const MOST: usize = 9;
+    let room = (pixels / (48 * FINE)).clamp(4, MOST as u32) as usize;
+    let axis = RangedCoordf64::from(range.clone());
+    let shows = |most: &usize| axis.key_points(*most).len() > 1;
+    (room..=MOST).find(shows).unwrap_or(room)
 }
 
 /// About the distance between two tick labels of a range.
@@ -317,6 +322,19 @@ mod tests {
             (f64::NAN, 1.0),
         ] {
             assert!((round_up(x) - limit).abs() < 1e-12, "{x}");
+        }
+    }
+
+    /// An axis from -4 to 4 with four labels at most had one, at 0.
+    #[test]
+    fn every_axis_shows_its_scale() {
+        for i in 1..400 {
+            let end = 0.05 * f64::from(i);
+            for range in [-end..end, 0.0..end, -0.2 * end..end] {
+                let axis = RangedCoordf64::from(range.clone());
+                let shown = axis.key_points(labels(&range, 130 * FINE)).len();
+                assert!((2..=6).contains(&shown), "{range:?}: {shown}");
+            }
         }
     }
 

@@ -165,7 +165,7 @@ fn of_contrast(analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
          radius, sagittal that of lines along it. Where contrast is negative black and white are reversed.",
         diffraction(analysis)
     );
-    let by_frequency = "Left: geometric, from rays alone; right: with diffraction, from the wavefront (d line). Solid: sagittal; dashed: tangential; colors are film heights. \
+    let by_frequency = "Left (or above): geometric, from rays alone; right (or below): with diffraction, from the wavefront (d line). Solid: sagittal; dashed: tangential; colors are film heights. \
          Where contrast is negative black and white are reversed (spurious resolution).";
     Ok(vec![
         figure(

@@ -59,11 +59,15 @@ fn same(a: &Prescription, b: &Prescription, about: &str) {
             "{about}"
         );
         assert_eq!(
-            (s.dispersion, s.glass, s.is_stop),
-            (t.dispersion, t.glass, t.is_stop),
+            (s.dispersion, s.glass, s.is_stop, s.coating),
+            (t.dispersion, t.glass, t.is_stop, t.coating),
             "{about}"
         );
     }
+}
+
+/// Positions of the same names, values and gaps.
+fn same_positions(a: &Prescription, b: &Prescription, about: &str) {
     let tables = [a, b].map(|lens| {
         let lines = lens.to_table().unwrap();
         let positions = |line: &&str| {
@@ -86,7 +90,11 @@ fn every_lens_of_the_project_comes_back_from_every_format() {
         let lens = Prescription::read(&path).unwrap();
         for ending in ["dat", "json", "zmx"] {
             let about = format!("{} as {ending}", path.display());
-            same(&lens, &back(&lens, ending).unwrap(), &about);
+            let read = back(&lens, ending).unwrap();
+            same(&lens, &read, &about);
+            if ending != "zmx" {
+                same_positions(&lens, &read, &about);
+            }
         }
     }
 }
@@ -124,10 +132,59 @@ fn zooms_come_back_from_the_formats_that_say_them() {
         let text = format!("{head}50 D 1.5 20\n-50 D 1 20\n0 E 0 10\n");
         let lens = Prescription::parse(&text).unwrap();
         for ending in ["dat", "json"] {
-            same(&lens, &back(&lens, ending).unwrap(), ending);
+            let read = back(&lens, ending).unwrap();
+            same(&lens, &read, ending);
+            same_positions(&lens, &read, ending);
         }
-        assert_eq!(back(&lens, "zmx"), Err(WriteError::Positions));
+        // Zemax calls gaps by their surface; what they are at each position is the same.
+        let read = back(&lens, "zmx").unwrap();
+        assert!(read.warnings.is_empty(), "{:?}", read.warnings);
+        same(&lens, &read, "zmx");
+        let [lens, read] = [&lens, &read].map(|l| l.positions.as_ref().unwrap());
+        assert_eq!(lens.zooms(), read.zooms());
+        assert_eq!(lens.focuses(), read.focuses());
     }
+}
+
+/// At each position, and between them.
+#[test]
+fn groups_move_as_they_did_when_zemax_has_had_them() {
+    let text = "zoom 150 150 250 250\nfocus inf 2 inf 2\ngap D 1 2 3 4\ngap E 4 3 2 1\n\
+        50 3 1.5 20\n-50 D 1 20\n0 D 0 10\n60 2 1.6 20\n-70 E 1 20\n";
+    let lens = Prescription::parse(text).unwrap();
+    let read = back(&lens, "zmx").unwrap();
+    for zoom in [150.0, 200.0, 250.0] {
+        for distance in [f64::INFINITY, 2000.0, 5000.0] {
+            let [a, b] = [&lens, &read].map(|l| l.at_position(Some(zoom), distance).unwrap());
+            same(&a, &b, "zmx");
+        }
+    }
+    // Other programs find the object where it is: 2 m from the film, 3 + 2 × 2 + 2 + 3 mm behind the first vertex.
+    let written = lens.write_as(LensFormat::Zemax, "").unwrap().text;
+    assert!(written.contains("MNUM 4 1\n") && written.contains("THIC 0 2 1.988e3 "));
+    // Without our notes they are positions that focal lengths name; of those, the far ones.
+    let plain: String = { written.lines() }
+        .filter(|line| !line.starts_with("NOTE"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let plain = fstop::optics::prescription::zmx::parse(&plain, &Default::default()).unwrap();
+    assert_eq!(plain.positions.unwrap().zooms().len(), 2);
+}
+
+#[test]
+fn coatings_come_back() {
+    let line = 1000.0 * fstop::optics::dispersion::LINE_D;
+    let text = format!("50 5 1.5 20 coating=1.38@{line}\n-50 1 1 20\n0 30 0 10\n");
+    let lens = Prescription::parse(&text).unwrap();
+    assert!(lens.surfaces[0].coating.is_some() && lens.surfaces[1].coating.is_none());
+    for ending in ["dat", "json", "zmx"] {
+        same(&lens, &back(&lens, ending).unwrap(), ending);
+    }
+    let other = Prescription::parse("50 5 1.5 20 coating=1.45@500\n-50 1 1 20\n").unwrap();
+    for ending in ["dat", "json"] {
+        same(&other, &back(&other, ending).unwrap(), ending);
+    }
+    assert_eq!(back(&other, "zmx"), Err(WriteError::Coating(1)));
 }
 
 #[test]

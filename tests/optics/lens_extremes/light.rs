@@ -74,6 +74,7 @@ fn sampled(lens: &Lens, film_radius: f64, count: usize) -> f64 {
 fn camera(lens: &Lens, diagonal: f64, precision: Precision) -> Result<Camera, String> {
     let spec = RealisticSpec {
         lens_name: "extreme.dat".to_string(),
+        nominal_focal_length: None,
         lens: lens.clone(),
         form: Form::Course,
         weighting: Weighting::Physical,

@@ -1,11 +1,12 @@
 //! Lens files written: what is written is read back as the same lens.
 //!
 //! The table of the project ([`super::dat`]) and [JSON](super::json) say all that a lens here is, numbers to the bit. Zemax'
-//! format says curvatures, which are rounded once, and no positions of groups; glasses with a formula need a catalogue beside the file.
+//! format says curvatures, which are rounded once, and calls gaps by their surface; glasses with a formula need a catalogue beside the file.
 
 mod table;
 mod zmx;
 
+use super::zmx::MAX_POSITIONS;
 use super::{Prescription, json};
 use std::path::Path;
 
@@ -51,9 +52,9 @@ pub enum WriteError {
     /// It has no edge.
     #[error("surface {0} has no clear diameter, which lens files need")]
     NoDiameter(usize),
-    /// Groups that move.
+    /// Groups that move between more positions than are read.
     #[error(
-        "the format cannot say how groups move for zoom and focus; write .dat or .json, or choose a position (--zoom, --focus)"
+        "the lens has more positions than the {MAX_POSITIONS} that are read of this format; write .dat or .json, or choose one (--zoom, --focus)"
     )]
     Positions,
     /// Zemax' stop is one surface.

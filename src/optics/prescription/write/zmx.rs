@@ -3,6 +3,8 @@
 use super::{WriteError, Written};
 use crate::optics::coating::Coating;
 use crate::optics::dispersion::LINE_D;
+use crate::optics::prescription::positions::PositionTable;
+use crate::optics::prescription::zmx::{LABELS, MAX_POSITIONS};
 use crate::optics::prescription::{Prescription, agf, glass};
 use crate::optics::surface::Surface;
 use std::fmt::Write;
@@ -12,15 +14,17 @@ const SAME_INDEX: f64 = 1e-12;
 
 /// The file of `lens`, and the catalogue of its glasses that have formulas.
 pub(super) fn written(lens: &Prescription, name: &str) -> Result<Written, WriteError> {
-    if lens.positions.is_some() {
-        return Err(WriteError::Positions);
-    }
     let stops = lens.surfaces.iter().enumerate().filter(|(_, s)| s.is_stop);
     if let Some((second, _)) = stops.clone().nth(1) {
         return Err(WriteError::Stops(second + 1));
     }
     let mut catalogue = Catalogue::default();
+    let configurations = lens.positions.as_ref().map(|p| p.to_table());
     let mut text = head(lens, name);
+    if let Some(table) = &configurations {
+        text += &labels(table);
+    }
+    text += OBJECT;
     let mut before = (1.0, None, None);
     for (i, s) in lens.surfaces.iter().enumerate() {
         let last = i + 1 == lens.surfaces.len();
@@ -46,6 +50,9 @@ pub(super) fn written(lens: &Prescription, name: &str) -> Result<Written, WriteE
     }
     let film = lens.surfaces.len() + 1;
     let _ = writeln!(text, "SURF {film}\n  TYPE STANDARD\n  CURV 0.0\n  DISZ 0");
+    if let Some(table) = &configurations {
+        text += &operands(lens, table)?;
+    }
     Ok(Written {
         text,
         catalogue: Some(catalogue.text).filter(|text| !text.is_empty()),
@@ -58,10 +65,74 @@ fn head(lens: &Prescription, name: &str) -> String {
     // The stop is as wide as it is.
     let aperture = if lens.has_stop() { "FLOA\n" } else { "" };
     format!(
-        "VERS 140124 0 0\nMODE SEQ\nNAME {name}\nUNIT MM X W X CM MR CPMM\n{aperture}WAVM 1 {LINE_D} 1\nPWAV 1\n\
-         SURF 0\n  TYPE STANDARD\n  CURV 0.0\n  DISZ INFINITY\n"
+        "VERS 140124 0 0\nMODE SEQ\nNAME {name}\nUNIT MM X W X CM MR CPMM\n{aperture}WAVM 1 {LINE_D} 1\nPWAV 1\n"
     )
 }
+
+/// It is far away.
+const OBJECT: &str = "SURF 0\n  TYPE STANDARD\n  CURV 0.0\n  DISZ INFINITY\n";
+
+/// What zoom and focus are called at each position, of which the format knows nothing: notes, which our reader knows.
+fn labels(table: &PositionTable) -> String {
+    let line = |word: &str, numbers: Vec<String>| {
+        format!("NOTE 0 {LABELS} {word} {}\n", numbers.join(" "))
+    };
+    let zoom = table.zoom.as_ref().map(|zoom| {
+        let numbers = zoom.iter().map(f64::to_string);
+        line("zoom", numbers.collect())
+    });
+    let focus = table.focus.as_ref().map(|focus| {
+        let numbers = focus.iter().map(|d| d.unwrap_or(f64::INFINITY).to_string());
+        line("focus", numbers.collect())
+    });
+    [zoom, focus].into_iter().flatten().collect()
+}
+
+/// The configurations: each gap at each position, and where the object is.
+fn operands(lens: &Prescription, table: &PositionTable) -> Result<String, WriteError> {
+    let count = table.gaps.iter().map(|gap| gap.values.len()).max();
+    let count = count.unwrap_or(0);
+    if count > MAX_POSITIONS {
+        return Err(WriteError::Positions);
+    }
+    let mut text = format!("MNUM {count} 1\n");
+    let mut line = |surface: usize, i: usize, thickness: f64| {
+        let _ = writeln!(
+            text,
+            "THIC {surface} {} {thickness:e} 0 0 0 1 1 1 0 0 \"\" 0",
+            i + 1
+        );
+    };
+    for gap in &table.gaps {
+        for surface in &gap.behind {
+            for (i, value) in gap.values.iter().enumerate() {
+                line(surface + 1, i, *value);
+            }
+        }
+    }
+    for (i, distance) in table.focus.iter().flatten().enumerate() {
+        // From the first vertex, not from the film.
+        let thickness = |s: usize, own: f64| {
+            let gap = table.gaps.iter().find(|gap| gap.behind.contains(&s));
+            gap.map_or(own, |gap| gap.values[i])
+        };
+        let last = lens.surfaces.len() - 1;
+        let own = lens
+            .surfaces
+            .iter()
+            .enumerate()
+            .map(|(s, surface)| match s == last {
+                true => thickness(s, lens.film_distance),
+                false => thickness(s, surface.thickness),
+            });
+        let object = distance.map_or(INFINITE, |meters| 1e3 * meters - own.sum::<f64>());
+        line(0, i, object);
+    }
+    Ok(text)
+}
+
+/// What Zemax' format means by infinity.
+const INFINITE: f64 = 1e10;
 
 /// The lines of surface `number`, but for its glass.
 fn surface(number: usize, s: &Surface, thickness: f64, bends: bool) -> Result<String, WriteError> {

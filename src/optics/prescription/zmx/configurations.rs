@@ -2,6 +2,9 @@
 //!
 //! `MNUM count saved`, then one line for each operand and configuration: its name, a surface (0 is the object), the number of the
 //! configuration from 1, a value. `THIC` says thicknesses.
+//!
+//! What zoom and distance are called the format does not say. fstop writes `NOTE 0 fstop-positions zoom 80 200` and `… focus inf 2`
+//! (meters from the film), and reads that where there are as many numbers as configurations.
 
 use super::block::Block;
 use crate::optics::prescription::design::value;
@@ -9,7 +12,10 @@ use crate::optics::prescription::positions::{GapTable, PositionTable};
 use std::collections::BTreeMap;
 
 /// The most configurations of a zoom that are read.
-const MAX_POSITIONS: usize = 100;
+pub(in crate::optics::prescription) const MAX_POSITIONS: usize = 100;
+
+/// The word that begins the notes on what positions are called.
+pub(in crate::optics::prescription) const LABELS: &str = "fstop-positions";
 
 /// What configurations may differ by that changes the lens, and positions have no place for.
 const NOT_READ: [(&str, &str); 7] = [
@@ -30,6 +36,10 @@ pub(super) struct Configurations {
     thicknesses: BTreeMap<usize, Vec<Option<f64>>>,
     /// What else differs.
     others: Vec<&'static str>,
+    /// What positions are called, by notes.
+    zooms: Vec<f64>,
+    /// Meters.
+    distances: Vec<f64>,
 }
 
 /// Positions of groups, with what is to be said about them.
@@ -38,6 +48,16 @@ pub(super) type Read = (Option<PositionTable>, Option<String>);
 impl Configurations {
     /// Reads a line; whether it is one of these.
     pub(super) fn set(&mut self, keyword: &str, words: &[&str]) -> Result<bool, String> {
+        if let ("NOTE", [_, LABELS, word, numbers @ ..]) = (keyword, words) {
+            let numbers = numbers.iter().take(MAX_POSITIONS + 1);
+            let numbers = numbers.map(|n| n.parse().unwrap_or(f64::NAN)).collect();
+            match *word {
+                "zoom" => self.zooms = numbers,
+                "focus" => self.distances = numbers,
+                _ => {}
+            }
+            return Ok(true);
+        }
         if keyword == "MNUM" {
             let count = value(words, 0, "the number of configurations")?;
             self.count = if (1.0..=MAX_POSITIONS as f64).contains(&count) {
@@ -95,6 +115,9 @@ impl Configurations {
     pub(super) fn positions(&self, blocks: &[Block], unit: f64) -> Read {
         let lens = blocks.get(1..).unwrap_or(&[]);
         let gaps = self.gaps(lens);
+        if let Some(table) = self.labeled(&gaps, unit) {
+            return (Some(table), None);
+        }
         if self.count < 2
             || gaps
                 .iter()
@@ -134,6 +157,31 @@ impl Configurations {
                 .collect(),
         };
         (Some(table), self.remark(chosen.len()))
+    }
+
+    /// All configurations, by the names that notes give them; `None` without such notes.
+    fn labeled(&self, gaps: &[GapTable], unit: f64) -> Option<PositionTable> {
+        let all = |labels: &[f64]| labels.len() == self.count && !labels.iter().any(|x| x.is_nan());
+        let zoom = Some(self.zooms.clone()).filter(|zooms| all(zooms));
+        let focus = Some(&self.distances).filter(|distances| all(distances));
+        if zoom.is_none() && focus.is_none() || self.count < 1 || gaps.is_empty() {
+            return None;
+        }
+        let finite = |distances: &Vec<f64>| {
+            let distances = distances.iter();
+            distances
+                .map(|d| Some(*d).filter(|d| d.is_finite()))
+                .collect()
+        };
+        let gap = |gap: &GapTable| GapTable {
+            values: gap.values.iter().map(|x| x * unit).collect(),
+            ..gap.clone()
+        };
+        Some(PositionTable {
+            zoom,
+            focus: focus.map(finite),
+            gaps: gaps.iter().map(gap).collect(),
+        })
     }
 
     /// The thickness behind surface number `surface` of the file, where `saved` is what its own lines say.

@@ -10,7 +10,7 @@
 //! passed over. Surfaces between equal media that are not the stop are auxiliary planes of the design and left out, but
 //! for baffles and field stops: those with an aperture of their own (`CLAP`, `FLAP`). As in Zemax the semi-diameter of
 //! a surface without power blocks nothing. Configurations (`MNUM`, `THIC`) are positions of a zoom, by focal length, or of focus where
-//! one alone looks at infinity.
+//! one alone looks at infinity; files that fstop has written say in notes what they are called.
 //!
 //! ```
 //! use fstop::optics::prescription::{Glasses, zmx};
@@ -29,6 +29,8 @@ mod configurations;
 mod head;
 #[cfg(test)]
 mod tests;
+
+pub(super) use self::configurations::{LABELS, MAX_POSITIONS};
 
 use self::block::Block;
 use self::configurations::Configurations;
