@@ -7,6 +7,8 @@
     reason = "a panic is an answer here"
 )]
 
+#[cfg(unix)]
+mod chaos;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
