@@ -72,17 +72,6 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    /// The same parameters read as those of another type: for `MakeNamedMaterial` and
-    /// `MakeNamedMedium`, whose type is the parameter `"string type"`. Look-ups count for `self`.
-    pub fn with_kind(&self, kind: &'a str, kind_span: Span) -> Self {
-        Self {
-            kind,
-            kind_span,
-            asked: Rc::clone(&self.asked),
-            ..*self
-        }
-    }
-
     /// These parameters first, then those of `below`: a material of type `kind` as overridden by
     /// the parameters of a shape (docs/scene-language.md §2.4). Look-ups count for `self`.
     pub fn layered(&self, kind: &'a str, below: &'a ParamList) -> Self {
