@@ -92,7 +92,7 @@
 //! cli           the command line
 //! ```
 //!
-//! Dependencies point one way only:
+//! Dependencies point one way only (a test holds it, `tests/docs/dependencies.rs`):
 //! `cli → {tradeoff, suite} → session → {build, render} → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
 //! `cameras → optics → math`, `build → scene → params → syntax`; what is evaluated at every hit (`inputs`) is below
 //! `params` and `textures` alike.

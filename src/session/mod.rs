@@ -29,6 +29,7 @@ use crate::forecast::{self, Forecast, Process};
 use crate::integrators::Counts;
 use crate::params::{Dialect, NamedFile};
 use crate::render::{Live, Mattes, Statistics, Step};
+pub(crate) use crate::render::{THREADS_PER_PROCESSOR, on_threads, threads_started};
 use crate::scene::{self, Names, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
 use std::collections::BTreeMap;
@@ -479,30 +480,6 @@ impl Prepared {
     }
 }
 
-/// Maximum number of threads for each processor: more only cost memory and time.
-pub(crate) const THREADS_PER_PROCESSOR: usize = 8;
-
-/// The number of threads that are started where so many are requested; 0 requests one for each processor.
-pub(crate) fn threads_started(requested: usize) -> usize {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    match requested {
-        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
-        0 => processors,
-        requested => requested.min(THREADS_PER_PROCESSOR * processors),
-    }
-}
-
-/// Runs `work` on a pool of its own with [`threads_started`] threads.
-pub(crate) fn on_threads<T: Send>(
-    requested: usize,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, String> {
-    let threads = threads_started(requested);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
-    Ok(pool.install(work))
-}
-
 /// A scene file being read.
 struct Reading<'a> {
     name: String,
@@ -592,20 +569,5 @@ fn check_place(file: &NamedFile, sources: &SourceMap, diagnostics: &Diagnostics)
         let message = format!("the image cannot be `{}`: {problem}", file.path.display());
         let diagnostic = Diagnostic::error(message).at(file.span);
         diagnostics.push(diagnostic.with_help("name another: -o image.exr"));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_request_starts_threads_without_end() {
-        let one_each = threads_started(0);
-        assert!(one_each >= 1);
-        assert_eq!(threads_started(1), 1);
-        let most = THREADS_PER_PROCESSOR * one_each;
-        assert_eq!(threads_started(usize::MAX), most);
-        assert_eq!(on_threads(usize::MAX, rayon::current_num_threads), Ok(most));
     }
 }

@@ -10,6 +10,7 @@
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;
+mod dependencies;
 mod features;
 mod links;
 mod markdown;
