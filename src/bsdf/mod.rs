@@ -13,6 +13,7 @@ pub mod lambertian;
 mod laws;
 pub mod lobe;
 mod lobe_choice;
+mod lobe_sample;
 mod matte;
 pub mod measured;
 pub mod microfacet;
@@ -32,8 +33,8 @@ use crate::math::frame::Frame;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ReceiverSide, ShadingGeometry};
 use arrayvec::ArrayVec;
-use lobe::LobeSample;
 use lobe_choice::LobeChoice;
+use lobe_sample::LobeSample;
 use std::ops::Range;
 
 /// Maximum number of lobes at a point, as in pbrt-v3.
