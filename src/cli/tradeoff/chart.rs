@@ -10,20 +10,21 @@ pub(super) struct Series {
     pub name: String,
     /// Seconds of CPU time, error in percent, and a label for the point.
     pub points: Vec<(f64, f64, String)>,
-    /// Whether the points are joined by lines.
+    /// `true` if the points are joined by lines.
     pub joined: bool,
 }
 
-const TEXT: u32 = 12 * FINE;
+const TEXT: u32 = 14 * FINE;
 
-/// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow darkened, and gray).
+/// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow, orange and sky blue
+/// darkened so that small letters are read on white, and gray).
 const PALETTE: [RGBColor; 9] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
+    RGBColor(190, 125, 0),
+    RGBColor(30, 140, 200),
     RGBColor(150, 140, 20),
     RGBColor(0, 0, 0),
     RGBColor(130, 130, 130),
@@ -101,7 +102,7 @@ fn draw_series<'a, 'b: 'a>(
             .draw_series(LineSeries::new(line, style))
             .map_err(failure)?;
     }
-    let label = ("sans-serif", TEXT * 4 / 5).into_font().color(color);
+    let label = ("sans-serif", TEXT * 6 / 7).into_font().color(color);
     let placed: Vec<_> = positive()
         .map(|p| (p, room.take(chart.backend_coord(&(p.0, p.1)), &p.2)))
         .collect();
@@ -121,7 +122,7 @@ fn draw_series<'a, 'b: 'a>(
 }
 
 /// Height of a label's letters.
-const LETTER: i32 = (TEXT * 4 / 5) as i32;
+const LETTER: i32 = (TEXT * 6 / 7) as i32;
 
 /// Half the side of a mark, and the distance of its label.
 const MARK: i32 = 6 * FINE as i32;
