@@ -22,6 +22,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Before it: what memory that will take ([`Scene::forecasts`]). Meanwhile, from another thread: the image so far
+//! ([`Prepared::live`]). Afterwards: the image without its noise ([`Rendered::denoised`], by a [`Denoiser`], if there is one).
+//!
 //! # A lens by itself
 //!
 //! ```
@@ -43,7 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Do two images show the same?
+//! # Comparing two images
 //!
 //! ```
 //! use fstop::compare::{Estimate, Options, Pool, compare};
@@ -160,10 +163,10 @@ pub use cameras::Compat;
 pub use glam;
 pub use optics::models::ModelKind;
 pub use params::Dialect;
-pub use render::{Ended, Step};
 pub use scene::dialect::DialectChoice;
 pub use session::{
-    Checkpoint, DroppedSamples, Frame, MergeError, Merged, OutputNames, Outputs, Policy, Prepared,
-    Problems, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards,
+    Checkpoint, DenoiseError, Denoiser, DroppedSamples, Ended, FileError, Forecast, Frame, Live,
+    MemoryStage, MemoryUse, MergeError, Merged, OutputNames, Outputs, Policy, Prepared, Problems,
+    Process, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards, Step,
     Unfinished, merge,
 };

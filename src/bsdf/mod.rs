@@ -62,9 +62,9 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// Density per solid angle; for a specular sample, its probability.
     pub pdf: f32,
-    /// Whether the lobe is a delta distribution, which light sampling cannot match.
+    /// `true` if the lobe is a delta distribution, which light sampling cannot match.
     pub specular: bool,
-    /// Whether the direction is transmitted through the surface.
+    /// `true` if the direction is transmitted through the surface.
     pub transmission: bool,
     /// Relative refractive index: `wi`'s side over `wo`'s; 1 for reflection. `f` of a transmission includes a factor
     /// 1/eta² for the scaling of radiance between media.

@@ -274,7 +274,7 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    /// A string out of `choices`, the first of which is the default and what stands for any other
+    /// A string out of `choices`, the first of which is the default and what replaces any other
     /// word, as in pbrt-v3; such a word is warned of, with "did you mean".
     pub fn one_of(&self, name: &str, choices: &[&'static str]) -> &'static str {
         let default = choices.first().copied().unwrap_or_default();
@@ -448,7 +448,7 @@ impl<'a> ParamReader<'a> {
         self.context.diagnostics.push(error.at(self.place(name)));
     }
 
-    /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and goes on without.
+    /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and continues without.
     pub fn ignored(&self, name: &str, message: impl Into<String>) {
         let error = self.new_error(message).recoverable();
         self.context.diagnostics.push(error.at(self.place(name)));

@@ -13,6 +13,10 @@ mod problems;
 mod rendered;
 mod shards;
 
+pub use crate::denoise::{DenoiseError, Denoiser};
+pub use crate::files::FileError;
+pub use crate::forecast::{Forecast, Process, Stage as MemoryStage, Use as MemoryUse};
+pub use crate::render::{Ended, Live, Step};
 pub use merge::{MergeError, Merged, merge};
 pub use options::{Checkpoint, Policy, ReadOptions, RenderOptions};
 pub use outputs::{OutputNames, Outputs};
@@ -20,16 +24,16 @@ pub use problems::Problems;
 pub use rendered::{DroppedSamples, Rendered};
 pub use shards::{ShardError, ShardFile, Shards, Unfinished};
 
+pub(crate) use crate::budget::{Bytes, parse_size};
 use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
-use crate::files::FileError;
 use crate::film;
 use crate::film::{Encoding, FilmMetadata, Layer, LayerSet, Manifest, NO_GROUP};
-use crate::forecast::{self, Forecast, Process};
+use crate::forecast;
 use crate::integrators::Counts;
 use crate::params::{Dialect, NamedFile};
-use crate::render::{Live, Mattes, Statistics, Step};
-pub(crate) use crate::render::{THREADS_PER_PROCESSOR, on_threads, threads_started};
+use crate::render::{Mattes, Statistics};
+pub(crate) use crate::render::{THREADS_PER_PROCESSOR, TILE_SIZE, on_threads, threads_started};
 use crate::scene::{self, Names, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
 use std::collections::BTreeMap;
@@ -91,11 +95,12 @@ impl Scene {
         &self.problems
     }
 
-    /// The memory that rendering each frame will take; the scene was read since `before`.
+    /// The memory that rendering each frame will take at most; the scene was read since `before`, when [`Process::measured`]
+    /// was called. Nothing is loaded: files are known by their headers.
     ///
     /// # Errors
     /// A file that cannot be used, by name.
-    pub(crate) fn forecasts(&self, before: &Process) -> Result<Vec<Forecast>, FileError> {
+    pub fn forecasts(&self, before: &Process) -> Result<Vec<Forecast>, FileError> {
         let frames = self.frames.iter();
         frames.map(|frame| forecast::of(frame, before)).collect()
     }
@@ -383,7 +388,7 @@ pub struct Prepared {
     journal: Option<Journal>,
     replaced: Vec<String>,
     identity: Arc<dyn Fn() -> Identity + Send + Sync>,
-    /// The picture as it grows, if somebody looks.
+    /// The image as it grows, if somebody looks.
     live: Option<Arc<Live>>,
     /// What its paths do, if somebody asks.
     statistics: Option<Statistics>,
@@ -403,8 +408,8 @@ impl Prepared {
         threads_started(self.options.threads)
     }
 
-    /// The picture as it will grow.
-    pub(crate) fn live(&mut self) -> Arc<Live> {
+    /// The image as it will grow while [`Prepared::render`] works, to be looked at by any thread.
+    pub fn live(&mut self) -> Arc<Live> {
         let film = &self.scene.job.film;
         Arc::clone(self.live.get_or_insert_with(|| Arc::new(Live::new(film))))
     }

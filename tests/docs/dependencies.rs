@@ -97,3 +97,33 @@ fn no_module_uses_one_that_uses_it() {
     let modules: Vec<&String> = left.keys().collect();
     assert!(left.is_empty(), "in a cycle, or above one: {modules:?}");
 }
+
+/// What the program does a program that embeds fstop can do as well: by the session, not by what is within.
+#[test]
+fn the_command_line_uses_nothing_of_rendering_but_sessions() {
+    let within = [
+        "accel",
+        "bsdf",
+        "bssrdf",
+        "build",
+        "checkpoint",
+        "denoise",
+        "forecast",
+        "integrators",
+        "lights",
+        "materials",
+        "media",
+        "render",
+        "samplers",
+        "shapes",
+        "textures",
+        "world",
+    ];
+    let uses = uses();
+    let used: Vec<&&str> = within
+        .iter()
+        .filter(|module| uses["cli"].contains(**module))
+        .collect();
+    assert!(used.is_empty(), "{used:?}");
+    assert!(within.iter().all(|module| uses.contains_key(*module)));
+}

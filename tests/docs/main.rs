@@ -16,3 +16,4 @@ mod links;
 mod markdown;
 mod mutants;
 mod v2;
+mod words;
