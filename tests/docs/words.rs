@@ -54,7 +54,7 @@ fn doc_comments_are_statements_in_the_fields_words() {
             if said.ends_with('?') || said.trim_start().starts_with("Whether") {
                 place("say what is `true`");
             }
-            let words = format!(" {said} ").replace(|c: char| !c.is_alphabetic(), " ");
+            let words = format!(" {said} ").replace(|c: char| !c.is_alphabetic() && c != '_', " ");
             for (word, better) in OTHERS {
                 if words.contains(&format!(" {word} ")) {
                     place(better);

@@ -700,7 +700,8 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     let parts: Vec<&str> = page.split(&fence).collect();
     let blocks = parts.windows(2).map(|pair| {
         let indent = pair[0].len() - pair[0].trim_end_matches(' ').len();
-        let lines = pair[1].split("```").next().unwrap_or_default().lines();
+        let block = pair[1].split("```").next().unwrap_or_default();
+        let lines = block.trim_end_matches(' ').lines();
         lines
             .map(|line| line.get(indent..).unwrap_or("").to_owned() + "\n")
             .collect()
