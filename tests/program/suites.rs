@@ -1,6 +1,8 @@
 //! `fstop suite` and `fstop compare` of folders, as someone meets them who tests a renderer: what is found, what goes wrong and
 //! is told, and what is never lost.
 
+#[cfg(unix)]
+use crate::common::program::is_heard;
 use crate::common::program::{Run, fstop_in};
 use fstop::film::read;
 use serde_json::Value;
@@ -570,8 +572,10 @@ fn what_is_done_is_not_lost() {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     let id = child.id().to_string();
+    // A shell's background jobs ignore Ctrl-C.
+    let signal = if is_heard("-INT") { "-INT" } else { "-TERM" };
     let killed = std::process::Command::new("kill")
-        .args(["-INT", &id])
+        .args([signal, &id])
         .status();
     assert!(killed.expect("kill").success());
     assert_eq!(child.wait().expect("an end").code(), Some(130));

@@ -16,15 +16,14 @@ pub(super) struct Series {
 
 const TEXT: u32 = 14 * FINE;
 
-/// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow, orange and sky blue
-/// darkened so that small letters are read on white, and gray).
+/// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow darkened, and gray).
 const PALETTE: [RGBColor; 9] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
-    RGBColor(190, 125, 0),
-    RGBColor(30, 140, 200),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
     RGBColor(150, 140, 20),
     RGBColor(0, 0, 0),
     RGBColor(130, 130, 130),
@@ -102,7 +101,11 @@ fn draw_series<'a, 'b: 'a>(
             .draw_series(LineSeries::new(line, style))
             .map_err(failure)?;
     }
-    let label = ("sans-serif", TEXT * 6 / 7).into_font().color(color);
+    // Small letters are read on white only if they are darker than a mark needs to be.
+    let [r, g, b] = [color.0, color.1, color.2].map(|c| c / 3 * 2);
+    let label = ("sans-serif", TEXT * 6 / 7)
+        .into_font()
+        .color(&RGBColor(r, g, b));
     let placed: Vec<_> = positive()
         .map(|p| (p, room.take(chart.backend_coord(&(p.0, p.1)), &p.2)))
         .collect();

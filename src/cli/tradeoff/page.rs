@@ -8,7 +8,7 @@ use crate::tradeoff::{Candidate, Measurement, Setting, Study};
 use std::fmt::Write;
 
 const STYLE: &str = ".advice{font-size:1.15em;border-left:4px solid #0072b2;padding-left:.8em}figure{margin:1em 0;overflow-x:auto}\
-figure>svg{max-width:none;width:100%;min-width:54em}\
+figure>svg{max-width:none;width:100%;min-width:54em}td{white-space:nowrap}\
 td:nth-child(-n+2),th:nth-child(-n+2){text-align:left}";
 
 /// The page.
