@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// Whether every line of standard error is JSON, for programs. The stream is the process's, and so is this.
+/// `true` if every line of standard error is JSON, for programs. The stream is the process's, and so is this.
 static JSON: AtomicBool = AtomicBool::new(false);
 
 /// From now on messages are JSON, one object a line.
@@ -14,7 +14,7 @@ pub(crate) fn speak_json() {
     JSON.store(true, Relaxed);
 }
 
-/// Are messages JSON?
+/// Returns `true` if messages are JSON.
 pub(crate) fn is_json() -> bool {
     JSON.load(Relaxed)
 }

@@ -48,7 +48,7 @@ pub enum FileProblem {
 }
 
 impl FileProblem {
-    /// Whether the same file might be read elsewhere or later: nothing is wrong with the scene.
+    /// Returns `true` if the same file might be read elsewhere or later: nothing is wrong with the scene.
     pub fn is_failure(&self) -> bool {
         matches!(self, FileProblem::Failed(_))
     }

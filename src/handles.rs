@@ -32,7 +32,7 @@ handles! {
     ObjectId;
 }
 
-/// Which of the picture's layers of light a light belongs to: 0 for light of no group.
+/// Which of the image's layers of light a light belongs to: 0 for light of no group.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightLayer(pub u8);
 

@@ -22,6 +22,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Before it: what memory that will take ([`Scene::forecasts`]). Meanwhile, from another thread: the image so far
+//! ([`Prepared::live`]). Afterwards: the image without its noise ([`Rendered::denoised`], by a [`Denoiser`], if there is one).
+//!
 //! # A lens by itself
 //!
 //! ```
@@ -43,7 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Do two images show the same?
+//! # Comparing two images
 //!
 //! ```
 //! use fstop::compare::{Estimate, Options, Pool, compare};
@@ -92,7 +95,7 @@
 //! cli           the command line
 //! ```
 //!
-//! Dependencies point one way only:
+//! Dependencies point one way only (a test holds it, `tests/docs/dependencies.rs`):
 //! `cli → {tradeoff, suite} → session → {build, render} → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
 //! `cameras → optics → math`, `build → scene → params → syntax`; what is evaluated at every hit (`inputs`) is below
 //! `params` and `textures` alike.
@@ -160,10 +163,10 @@ pub use cameras::Compat;
 pub use glam;
 pub use optics::models::ModelKind;
 pub use params::Dialect;
-pub use render::{Ended, Step};
 pub use scene::dialect::DialectChoice;
 pub use session::{
-    Checkpoint, DroppedSamples, Frame, MergeError, Merged, OutputNames, Outputs, Policy, Prepared,
-    Problems, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards,
+    Checkpoint, DenoiseError, Denoiser, DroppedSamples, Ended, FileError, Forecast, Frame, Live,
+    MemoryStage, MemoryUse, MergeError, Merged, OutputNames, Outputs, Policy, Prepared, Problems,
+    Process, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards, Step,
     Unfinished, merge,
 };

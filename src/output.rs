@@ -51,7 +51,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// Whether the file might be written on another machine or later. A name that no file can have there, or that is a
+    /// Returns `true` if the file might be written on another machine or later. A name that no file can have there, or that is a
     /// folder's, is a mistake everywhere.
     pub fn is_failure(&self) -> bool {
         match self {

@@ -455,3 +455,79 @@ fn well_formed(page: &str) {
     }
     assert_eq!(open, Vec::<String>::new());
 }
+
+/// Of two sentences that deny each other a page has one.
+#[test]
+fn no_note_denies_another() {
+    let folder = Folder::new();
+    let size = UVec2::splat(96);
+    let clean = [render(1, size), render(2, size)];
+    let scaled = |factor: f32| {
+        clean.each_ref().map(|image| {
+            let mut image = image.clone();
+            image
+                .variance
+                .iter_mut()
+                .flatten()
+                .for_each(|variance| *variance *= factor);
+            image
+        })
+    };
+    // Each pixel the mean of sixteen: as a splatting filter makes them, whose variances are those of sharp pixels.
+    let blurred = |images: &[Image; 2], has_variances: bool| {
+        images.each_ref().map(|sharp| {
+            let mut image = sharp.clone();
+            for pixel in sharp.bounds.pixels() {
+                let around = (0..16).map(|k| sharp.pixel(pixel + UVec2::new(k % 4, k / 4)));
+                let index = image.bounds.index(pixel).expect("a pixel");
+                image.pixels[index] = around.sum::<Rgb>() / 16.0;
+            }
+            image.variance = image.variance.filter(|_| has_variances);
+            image
+        })
+    };
+    let brighter = |[a, mut b]: [Image; 2]| {
+        b.pixels.iter_mut().for_each(|value| *value *= 1.1);
+        [a, b]
+    };
+    let denials = [
+        ("are too sure", "less easily than they could be"),
+        (
+            "variances are overestimated",
+            "noise that is larger or more skewed",
+        ),
+        ("The images differ", "either something moved"),
+        ("render both with --variance", "or without variances"),
+    ];
+    let pairs = [
+        clean.clone(),
+        brighter(clean.clone()),
+        scaled(4.0),
+        scaled(0.5),
+        brighter(scaled(4.0)),
+        blurred(&clean, true),
+        blurred(&clean, false),
+        blurred(&scaled(4.0), true),
+        brighter(blurred(&clean, true)),
+    ];
+    let mut said = String::new();
+    for (i, pair) in pairs.iter().enumerate() {
+        let [a, b] = [("a.exr", &pair[0]), ("b.exr", &pair[1])]
+            .map(|(name, image)| folder.write(name, image));
+        let file = folder.path("page.html");
+        compare(&[&a, &b, "--html", &file, "--no-flip"]);
+        let page = std::fs::read_to_string(&file).expect("the page");
+        let head = page.split("</header>").next().expect("a head");
+        for (one, other) in denials {
+            assert!(
+                !(head.contains(one) && head.contains(other)),
+                "{i}: {one}, but {other}: {head}"
+            );
+        }
+        said += head;
+    }
+    // The notes that might have met were all there.
+    for (one, other) in denials.into_iter().take(2) {
+        assert!(said.contains(one) && said.contains(other), "{one} {other}");
+    }
+}

@@ -12,12 +12,6 @@ use wide::f32x8;
 /// 32 bytes of a tree.
 pub(super) type Cell = f32x8;
 
-/// The far planes of boxes are moved out by this factor. Entry and exit distances carry three roundings each; the
-/// triangle test's sheared coordinates about five, relative to the same differences. Eight units of roundoff, and as
-/// many again for the other side, keep every ray that the triangle test would accept (compare Ize, "Robust BVH Ray
-/// Traversal", JCGT 2(2), 2013).
-pub(super) const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
-
 /// Depth up to which the structure of the binary tree is kept. Deeper subtrees (thousands of primitives in one place)
 /// are split evenly, which takes at most 11 levels for 2³² primitives, and one more where leaves would mix triangles
 /// and others.

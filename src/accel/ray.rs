@@ -1,6 +1,5 @@
 //! A ray set up for box and triangle tests.
 
-use super::node::FAR_MARGIN;
 use crate::math::Vec3;
 use wide::f32x4;
 
@@ -11,6 +10,12 @@ const SMALLEST_COMPONENT: f32 = 1e-30;
 /// Used for 1/0: large enough that the nudge of the origin below times this exceeds any distance, small enough that a
 /// product with it is infinite at worst, never NaN.
 const LARGEST_INVERSE: f32 = 1e38;
+
+/// The far planes of boxes are moved out by this factor. Entry and exit distances carry three roundings each; the
+/// triangle test's sheared coordinates about five, relative to the same differences. Eight units of roundoff, and as
+/// many again for the other side, keep every ray that the triangle test would accept (compare Ize, "Robust BVH Ray
+/// Traversal", JCGT 2(2), 2013).
+const FAR_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// The origin is nudged by no less, at 0.
 const SMALLEST_NUDGE: f32 = 1e-20;

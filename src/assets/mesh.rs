@@ -31,9 +31,9 @@ pub struct MeshExtent {
     pub triangles: u64,
     /// Vertices.
     pub vertices: u64,
-    /// Has it normals?
+    /// `true` if it has normals.
     pub normals: bool,
-    /// Has it texture coordinates?
+    /// `true` if it has texture coordinates.
     pub uv: bool,
     /// Numbers of faces that triangles have.
     pub faces: u64,

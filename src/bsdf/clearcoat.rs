@@ -1,7 +1,8 @@
 //! Clearcoat of the Disney BRDF (Burley, "Physically Based Shading at Disney", 2012, §5.4 and appendix B.2). Directions
 //! are local.
 
-use super::lobe::{LobeSample, reflecting_facet};
+use super::lobe::reflecting_facet;
+use super::lobe_sample::LobeSample;
 use crate::math::{Rgb, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 

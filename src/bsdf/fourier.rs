@@ -4,7 +4,8 @@
 //! The cosines follow pbrt's convention: μi is that of the incident light's direction of travel, which points toward
 //! the surface, μo that of the outgoing direction; so μi μo < 0 is reflection.
 
-use super::lobe::{LobeSample, TableLobe};
+use super::lobe::TableLobe;
+use super::lobe_sample::LobeSample;
 use crate::assets::bsdf_file::{BsdfFile, Series};
 use crate::math::spline::{self, Weights};
 use crate::math::{Rgb, Vec2, Vec3};

@@ -2,8 +2,9 @@
 //! Humphreys 2016, §8.5 and §14.1.3). Directions are local.
 
 use super::fresnel::schlick_weight;
-use super::lobe::{LobeSample, reflecting_facet};
+use super::lobe::reflecting_facet;
 use super::lobe_choice::rescaled;
+use super::lobe_sample::LobeSample;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use crate::math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Rgb, Vec2, Vec3};

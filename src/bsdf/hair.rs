@@ -6,7 +6,7 @@
 //! transmitted straight through, 2 has one internal reflection, and all further ones are combined.
 
 use super::fresnel::dielectric;
-use super::lobe::LobeSample;
+use super::lobe_sample::LobeSample;
 use crate::math::color::luminance;
 use crate::math::float::clamp_nan_low;
 use crate::math::{Rgb, Vec2, Vec3};

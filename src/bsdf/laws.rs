@@ -61,7 +61,7 @@ enum Energy {
     Made { most: f32, why: &'static str },
 }
 
-/// Whether the BSDF is reciprocal.
+/// `true` if the BSDF is reciprocal.
 enum Reciprocity {
     /// It is, with this refractive index below the surface.
     Holds { eta: f32 },

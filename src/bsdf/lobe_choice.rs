@@ -12,7 +12,7 @@ use crate::math::sampling::BELOW_ONE;
 use crate::math::{Vec2, Vec3};
 
 /// The uniform part of the probabilities. With a tenth, eight scenes had 0.98 of the variance that they have with a quarter (4 images of
-/// each); but what a weak mirror reflects may be a lamp, and is the noisier the more rarely the mirror is sampled.
+/// each); but what a weak mirror reflects may be an emitter, and is the noisier the more rarely the mirror is sampled.
 const EVEN_SHARE: f32 = 0.2;
 
 /// Albedo of the sheen, in units of its reflectance: it is bright at grazing angles only.

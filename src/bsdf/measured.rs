@@ -4,8 +4,9 @@ mod facets;
 mod half_angle;
 mod scattered;
 
-use super::lobe::{LobeSample, TableLobe};
+use super::lobe::TableLobe;
 use super::lobe_choice::rescaled;
+use super::lobe_sample::LobeSample;
 use crate::assets::brdf_file::BrdfFile;
 use crate::assets::merl_file::MerlFile;
 use crate::files::FileError;

@@ -2,7 +2,8 @@
 //! 2007; Pharr, Jakob and Humphreys 2016, §8.4.4 and §14.1.1–14.1.3). Directions are local.
 
 use super::fresnel::{Fresnel, dielectric};
-use super::lobe::{LobeSample, reflecting_facet};
+use super::lobe::reflecting_facet;
+use super::lobe_sample::LobeSample;
 use super::specular::refract;
 use super::trowbridge_reitz::TrowbridgeReitz;
 use crate::math::{Rgb, Vec2, Vec3};

@@ -13,6 +13,7 @@ pub mod lambertian;
 mod laws;
 pub mod lobe;
 mod lobe_choice;
+mod lobe_sample;
 mod matte;
 pub mod measured;
 pub mod microfacet;
@@ -32,8 +33,8 @@ use crate::math::frame::Frame;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ReceiverSide, ShadingGeometry};
 use arrayvec::ArrayVec;
-use lobe::LobeSample;
 use lobe_choice::LobeChoice;
+use lobe_sample::LobeSample;
 use std::ops::Range;
 
 /// Maximum number of lobes at a point, as in pbrt-v3.
@@ -61,9 +62,9 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// Density per solid angle; for a specular sample, its probability.
     pub pdf: f32,
-    /// Whether the lobe is a delta distribution, which light sampling cannot match.
+    /// `true` if the lobe is a delta distribution, which light sampling cannot match.
     pub specular: bool,
-    /// Whether the direction is transmitted through the surface.
+    /// `true` if the direction is transmitted through the surface.
     pub transmission: bool,
     /// Relative refractive index: `wi`'s side over `wo`'s; 1 for reflection. `f` of a transmission includes a factor
     /// 1/eta² for the scaling of radiance between media.

@@ -5,7 +5,7 @@
 //! `f` is the factor of the delta, divided by the cosine because the scattering equation multiplies by it.
 
 use super::fresnel::{Fresnel, dielectric};
-use super::lobe::LobeSample;
+use super::lobe_sample::LobeSample;
 use crate::math::{Rgb, Vec3};
 
 /// A mirror.

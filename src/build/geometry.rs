@@ -28,7 +28,7 @@ pub(super) struct Shapes {
     pub light_media: Vec<MediumInterface>,
     /// The layers of light of both, where any are wanted.
     pub light_groups: Option<LightGroups>,
-    /// Whether a texture needs face indices (Ptex).
+    /// `true` if a texture needs face indices (Ptex).
     pub need_faces: bool,
     /// By material: nothing asks for surface parameters there.
     pub bare: Vec<bool>,

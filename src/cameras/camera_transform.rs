@@ -46,7 +46,7 @@ impl CameraTransform {
         self.motion = Some(Box::new(motion));
     }
 
-    /// Does it depend on time?
+    /// Returns `true` if it depends on time.
     pub(super) fn moves(&self) -> bool {
         self.motion.is_some()
     }
@@ -58,7 +58,7 @@ impl CameraTransform {
         }
     }
 
-    /// Is camera space placed without a projection, under which étendue has no simple law?
+    /// Returns `true` if camera space is placed without a projection, under which étendue has no simple law.
     pub(super) fn is_affine(&self) -> bool {
         self.render_from_camera.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]
     }

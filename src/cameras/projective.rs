@@ -191,7 +191,7 @@ impl Projective {
         self.transform.set_motion(motion);
     }
 
-    /// Is there a lens, not only a pinhole?
+    /// Returns `true` if there is a lens, not only a pinhole.
     pub fn has_lens(&self) -> bool {
         self.spec.lens.radius > 0.0
     }

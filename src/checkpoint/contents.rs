@@ -115,17 +115,17 @@ impl Contents {
         true
     }
 
-    /// Is there any work in it?
+    /// Returns `true` if there is any work in it.
     pub fn holds_work(&self) -> bool {
         !self.units.is_empty() || !self.splats.is_empty()
     }
 
-    /// Has it samples of the unit?
+    /// Returns `true` if it has samples of the unit.
     pub fn has(&self, unit: &Unit) -> bool {
         self.units.contains_key(unit)
     }
 
-    /// Has it all samples of the unit?
+    /// Returns `true` if it has all samples of the unit.
     pub fn has_whole(&self, unit: &Unit) -> bool {
         let place = self.units.get(unit);
         place.is_some_and(|place| place.done == unit.samples.end)

@@ -18,7 +18,7 @@ impl Shard {
     /// Most shards of one render.
     pub const MOST: u32 = 100_000;
 
-    /// Is there such a shard?
+    /// Returns `true` if there is such a shard.
     pub fn is_valid(&self) -> bool {
         (1..=self.of).contains(&self.number) && self.of <= Shard::MOST
     }

@@ -73,7 +73,7 @@ pub enum CheckpointError {
 }
 
 impl CheckpointError {
-    /// Whether it might be used on another machine or later.
+    /// Returns `true` if it might be used on another machine or later.
     pub fn is_failure(&self) -> bool {
         match self {
             CheckpointError::Foreign(_) | CheckpointError::Differs { .. } => false,
@@ -124,7 +124,7 @@ pub struct Journal {
     facts: Option<Facts>,
     after: Duration,
     every: Duration,
-    /// Whether a file of that name is replaced.
+    /// `true` if a file of that name is replaced.
     replaces: bool,
     opened: Instant,
     /// What the file held when it was opened.

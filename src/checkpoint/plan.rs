@@ -43,7 +43,7 @@ pub enum PlanError {
 }
 
 impl PlanError {
-    /// Whether it might be read on another machine or later.
+    /// Returns `true` if it might be read on another machine or later.
     pub fn is_failure(&self) -> bool {
         match self {
             PlanError::Unreadable(error) => error.is_failure,

@@ -33,7 +33,7 @@ impl Journal {
         Some(blank)
     }
 
-    /// Whether sums of so many pixels may be kept: no more often than work is at all, and not so often that the file grows
+    /// Returns `true` if sums of so many pixels may be kept: no more often than work is at all, and not so often that the file grows
     /// faster than `RATE`; but once by every process that lives long enough, or those of a large image would never be.
     pub fn is_time_for_splats(&self, pixels: usize) -> bool {
         let now = self.opened.elapsed();

@@ -4,10 +4,8 @@
 use super::ReadArgs;
 use super::codes::{BAD_INPUT, IO_FAILED};
 use super::messages::{self, Failure};
-use crate::budget::Bytes;
 use crate::console;
-use crate::forecast::{Process, Stage, Use};
-use crate::session::{ReadOptions, Scene};
+use crate::session::{Bytes, MemoryStage, MemoryUse, Process, ReadOptions, Scene};
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -105,9 +103,9 @@ fn forecast(path: &Path, options: &ReadOptions) -> Result<u8, Failure> {
 }
 
 /// What there is at one time, one use a line.
-fn table(stage: &Stage) -> String {
+fn table(stage: &MemoryStage) -> String {
     let mut text = String::new();
-    let used = { Use::ALL.iter().zip(stage.bytes) }.filter(|(_, bytes)| *bytes > 0);
+    let used = { MemoryUse::ALL.iter().zip(stage.bytes) }.filter(|(_, bytes)| *bytes > 0);
     for (part, bytes) in used {
         let _ = writeln!(
             text,
@@ -125,14 +123,14 @@ fn table(stage: &Stage) -> String {
     text
 }
 
-fn name(part: Use) -> &'static str {
+fn name(part: MemoryUse) -> &'static str {
     match part {
-        Use::Program => "program",
-        Use::Description => "the scene as it was read",
-        Use::Images => "images",
-        Use::Shapes => "meshes, quadrics, curves, instances",
-        Use::Trees => "trees (upper bound)",
-        Use::Lights => "lights that shapes form (upper bound)",
-        Use::Film => "film",
+        MemoryUse::Program => "program",
+        MemoryUse::Description => "the scene as it was read",
+        MemoryUse::Images => "images",
+        MemoryUse::Shapes => "meshes, quadrics, curves, instances",
+        MemoryUse::Trees => "trees (upper bound)",
+        MemoryUse::Lights => "lights that shapes form (upper bound)",
+        MemoryUse::Film => "film",
     }
 }

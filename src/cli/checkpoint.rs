@@ -106,12 +106,12 @@ pub(super) fn listen(stop: &Arc<AtomicBool>) {
         false => true,
     };
     let registered = { signals.into_iter() }
-        // Such as by `nohup`, whose user wants the render to go on.
+        // Such as by `nohup`, whose user wants the render to continue.
         .filter(is_heard)
         .map(|signal| flag::register(signal, Arc::clone(stop)));
     if !ends || registered.collect::<Vec<_>>().iter().any(Result::is_err) {
         messages::warning(
-            "signals cannot be caught: an interrupted render goes on from its checkpoint only",
+            "signals cannot be caught: an interrupted render continues from its checkpoint only",
         );
     }
 }

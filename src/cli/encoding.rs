@@ -11,7 +11,7 @@ pub(super) struct EncodingArgs {
     /// Write colors, albedo, normals and alpha of .exr files in half floats, at half the size: 11 bits, at most 65504
     #[arg(help_heading = "Output", long)]
     half: bool,
-    /// Make the pictures in .png and .tga files brighter by so many stops (factors of 2), or darker by negative ones
+    /// Make the images in .png and .tga files brighter by so many stops (factors of 2), or darker by negative ones
     #[arg(help_heading = "Output", long, value_name = "STOPS", default_value_t = 0.0, hide_default_value = true,
         value_parser = stops, allow_negative_numbers = true)]
     exposure: f64,

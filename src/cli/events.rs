@@ -1,9 +1,7 @@
 //! `render --progress json`: what happens, for programs; one JSON object a line on standard error, and nothing else.
 
 use crate::console;
-use crate::forecast::Process;
-use crate::render::Step;
-use crate::session::Outputs;
+use crate::session::{Outputs, Process, Step};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

@@ -3,11 +3,9 @@
 use super::codes::{BAD_INPUT, IO_FAILED};
 use crate::compare::CompareError;
 use crate::console::{self, Level};
-use crate::denoise::DenoiseError;
-use crate::files::FileError;
 use crate::optics::PrescriptionError;
 use crate::output::OutputError;
-use crate::session::Problems;
+use crate::session::{DenoiseError, FileError, Problems};
 use crate::syntax::{Severity, Style};
 
 /// Why a command ends without a result.

@@ -34,14 +34,13 @@ mod shard;
 mod suite;
 mod tradeoff;
 
-use crate::budget::parse_size;
 use crate::cameras::Compat;
 use crate::console;
 use crate::math::instruction_set;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::dialect::DialectChoice;
-use crate::session::{Policy, ReadOptions, threads_started};
+use crate::session::{Policy, ReadOptions, parse_size, threads_started};
 use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use codes::{BAD_INPUT, IO_FAILED};
@@ -240,7 +239,7 @@ fn run_command(args: Vec<OsString>) -> u8 {
     }
 }
 
-/// Do programs read what a command line leads to, although it may be none?
+/// Returns `true` if programs read what a command line leads to, although it may be none.
 fn wants_json(args: &[OsString]) -> bool {
     let is_asked = |pair: &[OsString]| pair[0] == "--progress" && pair[1] == "json";
     args.windows(2).any(is_asked) || args.iter().any(|arg| arg == "--progress=json")

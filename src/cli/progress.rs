@@ -2,7 +2,7 @@
 //! For programs, see [`super::events`].
 
 use crate::console;
-use crate::render::Step;
+use crate::session::Step;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;

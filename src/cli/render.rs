@@ -11,12 +11,10 @@ use super::messages::{self, Failure};
 use super::progress::{Bar, Form};
 use super::shard::{self, ShardArgs};
 use crate::console;
-use crate::denoise::Denoiser;
 use crate::film::{FilmMetadata, LayerSet, WriteError};
-use crate::render::{self, Ended, Step};
 use crate::session::{
-    Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions, Rendered, Scene,
-    THREADS_PER_PROCESSOR, threads_started,
+    Denoiser, Ended, Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions,
+    Rendered, Scene, Step, THREADS_PER_PROCESSOR, TILE_SIZE, threads_started,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -84,7 +82,7 @@ pub(super) struct RenderArgs {
     #[arg(help_heading = "What is rendered", long, num_args = 4, allow_negative_numbers = true, value_names = ["x0", "x1", "y0", "y1"])]
     cropwindow: Option<Vec<f64>>,
     /// Side of the square tiles that threads work on, in pixels; does not affect the image
-    #[arg(help_heading = "How it runs", long, default_value_t = render::TILE_SIZE, hide = true)]
+    #[arg(help_heading = "How it runs", long, default_value_t = TILE_SIZE, hide = true)]
     tile_size: u32,
     /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B): samples that depend on each other are
     /// then taken in two independent halves
@@ -496,7 +494,7 @@ fn clean_up(frame: &Prepared, outputs: &Outputs) {
     }
 }
 
-/// Keeps what there is of an interrupted render, and says how it goes on.
+/// Keeps what there is of an interrupted render, and says how it continues.
 fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs: &Outputs) -> End {
     let (kept, error) = frame.keep();
     if let Some(error) = error {

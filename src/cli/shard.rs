@@ -3,11 +3,9 @@
 use super::events::{self, Events};
 use super::messages::{self, Failure};
 use super::render::{End, Flaws, RenderArgs, watched};
-use crate::checkpoint::Shard;
 use crate::console;
 use crate::output::numbered;
-use crate::render::Step;
-use crate::session::{Frame, Outputs, RenderOptions, ShardError, ShardFile, Shards};
+use crate::session::{Frame, Outputs, RenderOptions, ShardError, ShardFile, Shards, Step};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -40,7 +38,7 @@ fn requested(text: &str) -> Result<Requested, String> {
         return Ok(Requested::Auto);
     }
     let expected = || {
-        let most = Shard::MOST;
+        let most = Shards::MOST;
         format!(
             "expected K/N such as 3/8, with K from 1 to N and N up to {most}, or 5-8/64, or auto"
         )
@@ -49,7 +47,7 @@ fn requested(text: &str) -> Result<Requested, String> {
     let (first, last) = range.split_once('-').unwrap_or((range, range));
     let number = |text: &str| text.parse::<u32>().map_err(|_| expected());
     let (first, last, of) = (number(first)?, number(last)?, number(of)?);
-    let good = 1 <= first && first <= last && last <= of && of <= Shard::MOST;
+    let good = 1 <= first && first <= last && last <= of && of <= Shards::MOST;
     let range = Requested::Range { first, last, of };
     good.then_some(range).ok_or_else(expected)
 }

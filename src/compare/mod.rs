@@ -1,4 +1,4 @@
-//! Statistical comparison: do two renders show the same image?
+//! Statistical comparison of two renders.
 //!
 //! Renders are random, so their difference is meaningless unless it is compared with their noise. If both files contain
 //! the variance of each pixel, [`compare`] applies Welch's t-test (Jung, Hanika, Dachsbacher, "Detecting Bias in Monte
@@ -70,9 +70,9 @@ pub struct Comparison {
     pub findable: Vec<Findable>,
     /// Values that are infinite or NaN.
     pub non_finite: NonFinite,
-    /// Whether the p-values are uniformly distributed, for each block size with enough blocks.
+    /// How uniformly the p-values are distributed, for each block size with enough blocks.
     pub uniformity: Vec<Uniformity>,
-    /// Whether pixels are independent of their neighbors, which the tests of blocks assume.
+    /// How far pixels depend on their neighbors; the tests of blocks assume that they do not.
     pub neighbors: Neighbors,
     /// Error metrics.
     pub metrics: Metrics,
@@ -107,7 +107,7 @@ impl Comparison {
     }
 }
 
-/// Whether two images agree.
+/// The answer of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// No difference was found, and large ones would have been.

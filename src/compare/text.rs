@@ -73,17 +73,29 @@ impl Comparison {
                 capitalised(&self.broken())
             ));
         }
-        if self.neighbors.suspicious() && self.noise != NoiseSource::None {
-            cautions.push(format!(
-                "Differences of neighboring pixels correlate ({:+.2}): either something moved, or the \
-                 images' noise is not independent from pixel to pixel (splatting filter, denoiser, \
-                 scaling) and tests of blocks are too sure; then compare renders with independent pixels, \
-                 or without variances use a cell as wide as the filter (--noise spatial --cell N).",
-                self.neighbors.correlation
-            ));
-        }
+        cautions.extend(self.caution_of_neighbors());
         cautions.extend(self.caution_of_p_values());
         cautions
+    }
+
+    fn has_dependent_pixels(&self) -> bool {
+        self.neighbors.suspicious() && self.noise != NoiseSource::None
+    }
+
+    fn caution_of_neighbors(&self) -> Option<String> {
+        let cause = match self.verdict.agrees() {
+            true => "something moved",
+            false => "what differs is larger than a pixel",
+        };
+        self.has_dependent_pixels().then(|| {
+            format!(
+                "Differences of neighboring pixels correlate ({:+.2}): either {cause}, or the \
+                 images' noise is not independent from pixel to pixel (splatting filter, denoiser, \
+                 scaling) and tests of blocks are too sure; then compare renders with independent pixels, \
+                 or use a cell as wide as the filter (--noise spatial --cell N).",
+                self.neighbors.correlation
+            )
+        })
     }
 
     /// Cautions from the distribution of the p-values: one sentence for all block sizes.
@@ -109,6 +121,9 @@ impl Comparison {
                  to be proven one by one, or noise that is larger or more skewed than the variances say."
             )
         });
+        // A filter makes single pixels smoother than their variances say and blocks noisier: a test that is too sure is not one
+        // that finds too little.
+        let large = large.filter(|_| !self.has_dependent_pixels());
         let large = large.map(|shares| {
             format!(
                 "There are too few small p-values ({shares} are below 5 %): the variances are overestimated, \

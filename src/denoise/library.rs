@@ -184,7 +184,7 @@ impl Device<'_> {
     #[expect(unsafe_code, reason = "a library in C")]
     fn failure(&self) -> Option<String> {
         let mut message = ptr::null();
-        // SAFETY: a null pointer stands for no device, and the message is written to a pointer that is there.
+        // SAFETY: a null pointer represents no device, and the message is written to a pointer that is there.
         let code = unsafe { (self.functions.device_error)(self.handle, &mut message) };
         if code == 0 {
             return None;

@@ -8,12 +8,12 @@ pub struct Encoding {
     /// `.exr`: in half floats what loses nothing that is seen: colors, albedo, normals and alpha. They have 11 bits; beyond
     /// ±65504 they are clamped. Variances would become 0, and places and depths would be off by a pixel: they keep 32 bits.
     pub half: bool,
-    /// `.png` and `.tga`: the picture is brighter by so many stops, factors of 2.
+    /// `.png` and `.tga`: the image is brighter by so many stops, factors of 2.
     pub stops: f64,
 }
 
 impl Encoding {
-    /// Whether a channel of this layer, or of the colors, is stored in half floats.
+    /// Returns `true` if a channel of this layer, or of the colors, is stored in half floats.
     pub(super) fn halves(&self, layer: Option<Layer>) -> bool {
         let fits = match layer {
             None | Some(Layer::Albedo | Layer::Normal | Layer::Alpha | Layer::Lights) => true,
@@ -23,7 +23,7 @@ impl Encoding {
         self.half && fits
     }
 
-    /// What linear values are multiplied by in a picture to look at.
+    /// What linear values are multiplied by in an image to look at.
     pub(super) fn gain(&self) -> f32 {
         self.stops.exp2() as f32
     }

@@ -86,7 +86,7 @@ pub struct Photograph {
     pub entrance_pupil: Option<f64>,
     /// From the film to the plane of focus, meters.
     pub focus: Option<f64>,
-    /// Is that plane infinitely far?
+    /// `true` if that plane is infinitely far.
     pub focused_at_infinity: bool,
     /// From the film to the nearest plane that is sharp, meters.
     pub near: Option<f64>,

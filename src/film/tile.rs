@@ -77,7 +77,7 @@ impl Tile {
         }
     }
 
-    /// Whether layers are wanted of every sample.
+    /// Returns `true` if layers are wanted of every sample.
     #[inline(always)]
     pub fn has_layers(&self) -> bool {
         self.layers.is_some()

@@ -33,7 +33,7 @@ pub enum WriteError {
 }
 
 impl WriteError {
-    /// Whether the image might be written on another machine or later.
+    /// Returns `true` if the image might be written on another machine or later.
     pub fn is_failure(&self) -> bool {
         match self {
             WriteError::UnknownFormat(_) | WriteError::Encode { .. } => false,

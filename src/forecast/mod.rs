@@ -19,9 +19,9 @@ use crate::film::{
 };
 use crate::lights::{Light, MEMORY_OF_EMITTER};
 use crate::materials::Material;
+use crate::render::threads_started;
 use crate::scene::Frame;
 use crate::scene::description::ShapeEntity;
-use crate::session::threads_started;
 use crate::shapes::{CompiledShape, ShapeError};
 use crate::textures::Textures;
 use images::Amount;

@@ -145,7 +145,7 @@ impl Context<'_> {
         }
     }
 
-    /// Whether a shadow ray to a light meets nothing.
+    /// Returns `true` if a shadow ray to a light meets nothing.
     #[inline(always)]
     pub(super) fn is_lit(&mut self, light: LightId, shadow: &Ray) -> bool {
         self.shadow(light, false);

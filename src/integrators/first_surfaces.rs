@@ -135,7 +135,7 @@ impl Sight {
         self.state = State::Done;
     }
 
-    /// The path goes on from that surface, or does not.
+    /// The path continues from that surface, or does not.
     pub(super) fn scatter(&mut self, bsdf: &Bsdf, sample: Option<&BsdfSample>) {
         let weight = sample.map_or(Rgb::ZERO, |sample| weight(bsdf, sample));
         match self.state {

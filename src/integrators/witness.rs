@@ -62,7 +62,7 @@ impl Watch {
         }
     }
 
-    /// Whether it wants to know of every step, and not only of what is met first.
+    /// Returns `true` if it wants to know of every step, and not only of what is met first.
     pub(super) fn reports(&self) -> bool {
         self.counts.is_some() || self.parts.is_some() || self.sight.is_none()
     }

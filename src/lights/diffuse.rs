@@ -22,7 +22,7 @@ use std::f32::consts::PI;
 pub struct DiffuseAreaSpec {
     /// Emitted radiance.
     pub radiance: Rgb,
-    /// Does the side away from the normal emit too?
+    /// `true` if the side away from the normal emits too.
     pub two_sided: bool,
     /// Samples at each point in `directlighting`.
     pub samples: u32,
@@ -60,7 +60,7 @@ impl DiffuseAreaSpec {
 pub(crate) struct Glow {
     /// Emitted radiance.
     pub radiance: Rgb,
-    /// Does the side away from the normal emit too?
+    /// `true` if the side away from the normal emits too.
     pub two_sided: bool,
 }
 
@@ -154,7 +154,7 @@ impl DiffuseAreaLight {
         }
     }
 
-    /// Does it count as a part of its group's one light?
+    /// Returns `true` if it counts as a part of its group's one light.
     pub fn is_part(&self) -> bool {
         self.spec.one_light
     }

@@ -1,6 +1,6 @@
 //! Light as it leaves its source: where the paths of bidirectional methods and of photons begin.
 //!
-//! A light chooses a ray, by a density over its area and one over directions; the flux that the ray stands for is what the
+//! A light chooses a ray, by a density over its area and one over directions; the flux that the ray represents is what the
 //! light emits there over both. Lights at infinity have no area: their rays start from a disk as wide as the scene, which
 //! faces them just outside the scene's bounding sphere. Each type does this in its own file, where its formulas are.
 //! Source: Veach 1997, ch. 8 and 10; Pharr, Jakob and Humphreys 2016, §16.1.2.
@@ -162,7 +162,7 @@ impl Emission {
         }
     }
 
-    /// The flux that the ray stands for: its mean over all choices is that of the light.
+    /// The flux that the ray represents: its mean over all choices is that of the light.
     pub fn flux(&self) -> Rgb {
         // Each factor by itself: the product of the densities may overflow.
         self.light * (self.cosine() / self.density.direction) / self.density.position

@@ -79,7 +79,7 @@ impl LightGroup {
         self.samples
     }
 
-    /// Does [`LightGroup::piece`] look at its number?
+    /// Returns `true` if [`LightGroup::piece`] looks at its number.
     pub fn chooses(&self) -> bool {
         self.pieces.is_some()
     }

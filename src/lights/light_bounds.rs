@@ -89,7 +89,7 @@ impl LightBounds {
         }
     }
 
-    /// Is this light somewhere?
+    /// Returns `true` if this light is somewhere.
     pub(super) fn is_local(&self) -> bool {
         self.everywhere == 0.0
     }

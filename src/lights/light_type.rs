@@ -8,13 +8,13 @@ use crate::surface::{ReferencePoint, SurfaceHit};
 /// A type of light, in render space. See [`super::Light`] for what the functions mean; their defaults are those of
 /// lights that no ray can meet by chance.
 pub(super) trait LightType: Sized {
-    /// Whether `mapname` is one of its parameters.
+    /// `true` if `mapname` is one of its parameters.
     const MAPPED: bool = false;
-    /// Whether no ray can meet the light by chance.
+    /// `true` if no ray can meet the light by chance.
     const IS_DELTA: bool = true;
-    /// Whether rays that leave the scene see the light.
+    /// `true` if rays that leave the scene see the light.
     const IS_INFINITE: bool = false;
-    /// Whether its light comes from infinitely far away.
+    /// `true` if its light comes from infinitely far away.
     const IS_AT_INFINITY: bool = false;
 
     fn sample(&self, from: &ReferencePoint, u: Vec2) -> Option<LightSample>;

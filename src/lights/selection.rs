@@ -85,7 +85,7 @@ impl LightSelector {
         LightSelector { choice }
     }
 
-    /// Does [`LightSelector::sample`] look at its number?
+    /// Returns `true` if [`LightSelector::sample`] looks at its number.
     pub fn chooses(&self) -> bool {
         !matches!(self.choice, Choice::Uniform(0 | 1))
     }

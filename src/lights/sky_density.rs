@@ -163,7 +163,7 @@ impl SkyDensity {
         }
     }
 
-    /// Some directions in each block, with the number of cells × sine that each stands for.
+    /// Some directions in each block, with the number of cells × sine that each represents.
     fn parts(&self) -> Vec<Vec<(DVec3, f64)>> {
         let per_block = [0, 1].map(|k| (MAX_BLOCKS[k] / self.blocks[k]).max(1));
         let cells = (self.cells[0] * self.cells[1]) as f64;

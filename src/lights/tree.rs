@@ -112,7 +112,7 @@ impl Tree {
         (Part::node(position as u32), reach)
     }
 
-    /// At most `room` ≥ 1 parts that stand for all below `top`: where one estimate for a node is
+    /// At most `room` ≥ 1 parts that represent all below `top`: where one estimate for a node is
     /// worst, its halves are taken instead.
     pub(super) fn cut(&self, top: Part, room: usize) -> Vec<Part> {
         let mut parts = vec![top];

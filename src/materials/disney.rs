@@ -68,7 +68,7 @@ pub struct Disney {
     pub clearcoat_gloss: FloatInput,
     /// Fraction of glass in the non-metallic part.
     pub spec_trans: FloatInput,
-    /// Whether the surface is a thin sheet without interior.
+    /// `true` if the surface is a thin sheet without interior.
     pub thin: bool,
     /// For a thin sheet: fraction of approximate subsurface scattering.
     pub flatness: FloatInput,

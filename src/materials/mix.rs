@@ -34,7 +34,7 @@ pub struct Named {
     pub bump: Option<Bump>,
     /// Maximum number of lobes that it can have at a point, at least 1.
     pub max_lobes: usize,
-    /// Whether there is a subsurface scattering medium inside.
+    /// `true` if there is a subsurface scattering medium inside.
     pub has_interior: bool,
 }
 
@@ -65,7 +65,7 @@ pub struct Mix {
     pub amount: SpectrumInput,
     /// Maximum number of lobes that the two can have at a point.
     pub max_lobes: usize,
-    /// Whether there is a subsurface scattering medium inside one of them.
+    /// `true` if there is a subsurface scattering medium inside one of them.
     pub has_interior: bool,
 }
 

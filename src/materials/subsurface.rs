@@ -12,7 +12,7 @@ use crate::syntax::suggest::nearest;
 /// spectrum `sigma_a` ((0.0011, 0.0024, 0.014)) and `sigma_s` ((2.55, 3.21, 3.77)), absorption and
 /// scattering, per scene unit once they are multiplied with `scale`; constant string `name` (none)
 /// gives measured ones per mm instead, for which `g` is 0; and those of `Interior`.
-/// In pbrt-v2's language `sigma_prime_s` stands for `sigma_s`.
+/// In pbrt-v2's language `sigma_prime_s` means `sigma_s`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subsurface {
     /// Absorption before scaling.

@@ -32,7 +32,7 @@ pub struct Translucent {
     pub transmit: SpectrumInput,
     /// Roughness of the glossy part.
     pub roughness: Roughness,
-    /// Whether the glossy transmission is mirrored, not refracted, as in pbrt-v2.
+    /// `true` if the glossy transmission is mirrored, not refracted, as in pbrt-v2.
     pub mirrored: bool,
 }
 

@@ -33,7 +33,7 @@ pub struct Uber {
     pub roughness: Roughness,
     /// Refractive index of the inside.
     pub eta: FloatInput,
-    /// Whether the two sides' indices are swapped.
+    /// `true` if the two sides' indices are swapped.
     pub swapped: bool,
 }
 

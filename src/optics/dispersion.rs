@@ -110,7 +110,7 @@ pub fn index_at(surface: &Surface, wavelength: f64, model: AbbeModel) -> f64 {
 }
 
 impl Prescription {
-    /// Does it say anything about dispersion?
+    /// Returns `true` if it says anything about dispersion.
     pub fn disperses(&self) -> bool {
         self.surfaces
             .iter()

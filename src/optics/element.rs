@@ -82,7 +82,7 @@ pub(super) struct Crossing<T: Number> {
 }
 
 impl<T: Number> Crossing<T> {
-    /// Which rays go on.
+    /// Which rays continue.
     #[inline(always)]
     pub(super) fn passes(&self) -> T::Mask {
         self.met & self.inside & self.refracted
@@ -258,7 +258,7 @@ impl<B: Plain> Element<B> {
         asphere.normal(x, y)
     }
 
-    /// Does the aperture, if it blocks, let light pass at (x, y)?
+    /// Returns `true` if the aperture, if it blocks, lets light pass at (x, y).
     #[inline(always)]
     fn within<T: Number<Base = B>>(&self, x: T, y: T, clip: bool) -> T::Mask {
         if !clip {

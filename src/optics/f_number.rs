@@ -119,7 +119,7 @@ pub fn working_number(lens: &Lens, transmission: f64) -> Option<f64> {
 
 /// The sine of the widest angle at which light comes to the middle of the film; `None` for no light.
 fn axial_sine(lens: &Lens) -> Option<f64> {
-    /// Steps of the sine within which light is taken not to break off and go on.
+    /// Steps of the sine within which light is taken not to break off and continue.
     const STEPS: u32 = 256;
     let passes = |sine: f64| {
         let d = [sine, 0.0, -(1.0 - sine * sine).max(0.0).sqrt()];

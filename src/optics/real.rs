@@ -32,11 +32,11 @@ pub trait Number:
     fn plus(self, base: Self::Base) -> Self;
     /// Larger than `base`? Like every comparison, false for what is not a number.
     fn greater(self, base: Self::Base) -> Self::Mask;
-    /// `base` or larger?
+    /// True where it is `base` or larger.
     fn at_least(self, base: Self::Base) -> Self::Mask;
-    /// `base` or smaller?
+    /// True where it is `base` or smaller.
     fn at_most(self, base: Self::Base) -> Self::Mask;
-    /// Neither infinite nor not a number?
+    /// True where it is neither infinite nor not a number.
     fn finite(self) -> Self::Mask;
 }
 
@@ -66,7 +66,7 @@ pub trait Index: Number {
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
     /// Yes throughout.
     const YES: Self;
-    /// Is there a yes?
+    /// Returns `true` if any lane is true.
     fn any(self) -> bool;
 }
 

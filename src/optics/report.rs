@@ -40,7 +40,7 @@ pub struct LensReport {
     /// Of all apertures' images behind the lens the one that looks smallest from the middle of the film: the exit pupil as
     /// the course's lecture finds it ([`stops`]). That of the stop, unless another rim is narrower.
     pub exit_pupil_by_imaging: Option<ImagedPupilReport>,
-    /// Is the plane of focus infinitely far?
+    /// `true` if the plane of focus is infinitely far.
     pub focused_at_infinity: bool,
     /// z of the plane of focus; `None` at infinity and where there is none.
     pub plane_of_focus: Option<f64>,
@@ -59,7 +59,7 @@ pub struct SurfaceReport {
     pub abbe: Option<f64>,
     /// Full clear diameter.
     pub aperture: f64,
-    /// An aperture stop?
+    /// `true` if it is an aperture stop.
     pub stop: bool,
     /// Conic constant of an aspheric surface.
     pub conic: Option<f64>,

@@ -71,7 +71,7 @@ impl<T: Number> LensRay<T> {
         (ray, ray.finite() & length.finite())
     }
 
-    /// Are all its numbers finite?
+    /// Returns `true` if all its numbers are finite.
     #[inline(always)]
     pub(super) fn finite(&self) -> T::Mask {
         let ([x, y, z], [l, m, n]) = (self.o, self.d);
@@ -198,7 +198,7 @@ impl<B: Plain> LensTracer<B> {
         self.elements.get(i)
     }
 
-    /// Where a ray from the film meets surface `target`, (x, y) mm; `None` where it ends before or there. Do apertures block it?
+    /// Where a ray from the film meets surface `target`, (x, y) mm; `None` where it ends before or there, by apertures too if `clip`.
     pub fn point_from_film(&self, ray: &LensRay<B>, target: usize, clip: bool) -> Option<[B; 2]> {
         let surfaces = target..self.elements.len();
         let ray = ray.shifted(-self.length);

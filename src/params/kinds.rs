@@ -9,7 +9,7 @@ use super::{iset3d, v4};
 use crate::syntax::{Diagnostic, ParamType, suggest};
 
 impl ParamReader<'_> {
-    /// Reports an error: the directive's type is none of `known`, and nothing can stand for it.
+    /// Reports an error: the directive's type is none of `known`, and nothing can take its place.
     pub fn unknown_kind(&self, known: &[&'static str]) {
         let message = format!("{} is not a known type", self.described());
         self.report_kind(self.new_error(message), known);

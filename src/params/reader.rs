@@ -72,17 +72,6 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    /// The same parameters read as those of another type: for `MakeNamedMaterial` and
-    /// `MakeNamedMedium`, whose type is the parameter `"string type"`. Look-ups count for `self`.
-    pub fn with_kind(&self, kind: &'a str, kind_span: Span) -> Self {
-        Self {
-            kind,
-            kind_span,
-            asked: Rc::clone(&self.asked),
-            ..*self
-        }
-    }
-
     /// These parameters first, then those of `below`: a material of type `kind` as overridden by
     /// the parameters of a shape (docs/scene-language.md §2.4). Look-ups count for `self`.
     pub fn layered(&self, kind: &'a str, below: &'a ParamList) -> Self {
@@ -285,7 +274,7 @@ impl<'a> ParamReader<'a> {
         }
     }
 
-    /// A string out of `choices`, the first of which is the default and what stands for any other
+    /// A string out of `choices`, the first of which is the default and what replaces any other
     /// word, as in pbrt-v3; such a word is warned of, with "did you mean".
     pub fn one_of(&self, name: &str, choices: &[&'static str]) -> &'static str {
         let default = choices.first().copied().unwrap_or_default();
@@ -459,7 +448,7 @@ impl<'a> ParamReader<'a> {
         self.context.diagnostics.push(error.at(self.place(name)));
     }
 
-    /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and goes on without.
+    /// As [`ParamReader::error`], of a parameter that pbrt-v3 reports and continues without.
     pub fn ignored(&self, name: &str, message: impl Into<String>) {
         let error = self.new_error(message).recoverable();
         self.context.diagnostics.push(error.at(self.place(name)));

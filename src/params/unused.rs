@@ -5,8 +5,8 @@ use crate::syntax::{Diagnostic, Param, ParamGroup, suggest};
 
 impl ParamReader<'_> {
     /// Warns about every parameter of the directive that nobody asked for. To be called once for
-    /// each directive, after all its readers (those made with [`ParamReader::layered`] and
-    /// [`ParamReader::with_kind`] count as its own) have read what they need.
+    /// each directive, after all its readers (those made with [`ParamReader::layered`] count as its
+    /// own) have read what they need.
     pub fn finish(&self) {
         if self.own.params.iter().all(|param| param.used.get()) {
             return;

@@ -229,7 +229,7 @@ impl Halves {
     }
 }
 
-/// Whether these can be the counts after a pass.
+/// Returns `true` if these can be the counts after a pass.
 pub(super) fn follows(have: &Counts, next: &Counts, goal: &Goal) -> bool {
     let most = goal.most_of_half();
     let halves = || next.iter().zip(have);

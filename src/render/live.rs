@@ -1,4 +1,4 @@
-//! The picture as it grows, for those who look at it before it is done: `--display-server` and `--write-partial`.
+//! The image as it grows, for those who look at it before it is done: `--display-server` and `--write-partial`.
 //!
 //! Workers add the blocks of samples that they finish, under a lock that is held while one tile is added or read: nobody
 //! who looks holds it for longer, so nobody delays the render. The image itself is made elsewhere and does not depend on
@@ -8,10 +8,10 @@ use crate::film::{Film, FilmSpec, Image, PixelBounds, PixelStatistics, Splats, T
 use crate::math::{Rgb, UVec2};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Side of the squares of pixels in which changes are noted: larger than a tile, so that a picture takes few messages.
+/// Side of the squares of pixels in which changes are noted: larger than a tile, so that an image takes few messages.
 const SIDE: u32 = 64;
 
-/// A picture that is being rendered. Shared by threads.
+/// An image that is being rendered, for those who look at it meanwhile. Shared by threads; looking changes nothing.
 pub struct Live {
     resolution: UVec2,
     bounds: PixelBounds,
@@ -55,8 +55,8 @@ impl Shown {
 }
 
 impl Live {
-    /// A black picture, without layers.
-    pub fn new(spec: &FilmSpec) -> Live {
+    /// A black image, without layers.
+    pub(crate) fn new(spec: &FilmSpec) -> Live {
         let bounds = spec.pixel_bounds();
         Live {
             resolution: spec.resolution,
@@ -81,7 +81,7 @@ impl Live {
     }
 
     /// More samples of one half.
-    pub fn add(&self, half: u8, tile: &Tile) {
+    pub(crate) fn add(&self, half: u8, tile: &Tile) {
         let mut tile = tile.clone();
         tile.close();
         let mut picture = self.lock();
@@ -96,7 +96,7 @@ impl Live {
     }
 
     /// All samples so far, where they are kept otherwise.
-    pub fn replace(&self, film: Film) {
+    pub(crate) fn replace(&self, film: Film) {
         let shown = film.pixels().iter().map(Shown::of).collect();
         let mut picture = self.lock();
         picture.halves[0] = shown;
@@ -104,7 +104,7 @@ impl Live {
     }
 
     /// All light of light paths so far of one half.
-    pub fn light(&self, half: u8, splats: &Splats) {
+    pub(crate) fn light(&self, half: u8, splats: &Splats) {
         let light = self
             .bounds
             .pixels()
@@ -140,7 +140,7 @@ impl Live {
         bounds.pixels().map(shown).collect()
     }
 
-    /// The picture so far, without variances, and its samples per pixel on average.
+    /// The image so far, without variances, and its samples per pixel on average.
     pub fn image(&self) -> (Image, f64) {
         let mut image = Image::black(UVec2::ZERO);
         (image.resolution, image.bounds) = (self.resolution, self.bounds);

@@ -18,6 +18,7 @@ mod pilot;
 mod progress;
 mod progressive;
 mod shard;
+mod threads;
 mod work;
 
 pub use goal::{Ended, Goal};
@@ -27,6 +28,7 @@ pub use mattes::Mattes;
 pub use progress::{Progress, Statistics, Step};
 pub use progressive::{Progressive, render_halves, render_until};
 pub use shard::{Division, LightOfShard, Pass, passes, render_shard};
+pub(crate) use threads::{THREADS_PER_PROCESSOR, on_threads, threads_started};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;

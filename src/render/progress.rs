@@ -106,7 +106,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Where the picture is shown as it grows.
+    /// Where the image is shown as it grows.
     pub fn live(&self) -> Option<&'a Live> {
         self.live
     }

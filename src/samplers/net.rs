@@ -103,7 +103,7 @@ mod tests {
             .collect()
     }
 
-    /// Is there one point in each box, when coordinates are cut into so many parts?
+    /// Returns `true` if there is one point in each box, when coordinates are cut into so many parts.
     fn one_in_each_box(points: &[[f64; 4]], parts: [usize; 4]) -> bool {
         assert_eq!(points.len(), parts.iter().product::<usize>());
         let mut seen = vec![false; points.len()];

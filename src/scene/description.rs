@@ -88,7 +88,7 @@ pub struct ShapeEntity {
     pub spec: ShapeSpec,
     /// Shape to world (for shapes of an object: to the object's space).
     pub world_from_shape: Placement,
-    /// Whether `ReverseOrientation` applies.
+    /// `true` if `ReverseOrientation` applies.
     pub reverse_orientation: bool,
     /// Material; `None` lets rays pass through.
     pub material: Option<MaterialId>,

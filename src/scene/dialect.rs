@@ -22,9 +22,9 @@ pub const INCLUDE_IN_LIST: &str =
 pub struct Evidence {
     /// The first directive that only pbrt-v2 has.
     pub v2_directive: Option<&'static str>,
-    /// Whether a camera in the course's form was given.
+    /// `true` if a camera in the course's form was given.
     pub course_camera: bool,
-    /// Whether an `Integrator` directive, which only v3 has, was given.
+    /// `true` if an `Integrator` directive, which only v3 has, was given.
     pub v3_integrator: bool,
     /// An `Include` among parameters that continue in its file, which only pbrt-v2 follows.
     pub include_in_list: bool,

@@ -27,7 +27,7 @@ pub struct InterfaceDirective {
     pub inside: Name,
     /// The medium that the normal points to.
     pub outside: Name,
-    /// Whether an undefined name has been reported.
+    /// `true` if an undefined name has been reported.
     pub reported: Cell<bool>,
 }
 
@@ -46,7 +46,7 @@ pub struct SavedGraphicsState {
     rest: GraphicsState,
     /// The number of definitions made inside scopes before.
     redefined: usize,
-    /// Whether there are enclosing scopes.
+    /// `true` if there are enclosing scopes.
     inside_scope: bool,
 }
 
@@ -71,7 +71,7 @@ pub struct GraphicsState {
     pub medium_interface: Option<Rc<InterfaceDirective>>,
     /// Definitions to be undone at the ends of the open scopes, in order.
     redefined: Vec<Redefined>,
-    /// Whether a scope is open. Definitions outside all scopes are permanent.
+    /// `true` if a scope is open. Definitions outside all scopes are permanent.
     inside_scope: bool,
 }
 

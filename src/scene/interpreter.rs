@@ -92,7 +92,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) unused_transform: UnusedTransform,
     pub(super) media: NamedMedia,
     pub(super) world: Option<WorldBlock>,
-    /// Whether a world block has been closed, valid or not.
+    /// `true` if a world block has been closed, valid or not.
     had_world: bool,
 }
 

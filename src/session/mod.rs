@@ -13,6 +13,10 @@ mod problems;
 mod rendered;
 mod shards;
 
+pub use crate::denoise::{DenoiseError, Denoiser};
+pub use crate::files::FileError;
+pub use crate::forecast::{Forecast, Process, Stage as MemoryStage, Use as MemoryUse};
+pub use crate::render::{Ended, Live, Step};
 pub use merge::{MergeError, Merged, merge};
 pub use options::{Checkpoint, Policy, ReadOptions, RenderOptions};
 pub use outputs::{OutputNames, Outputs};
@@ -20,15 +24,16 @@ pub use problems::Problems;
 pub use rendered::{DroppedSamples, Rendered};
 pub use shards::{ShardError, ShardFile, Shards, Unfinished};
 
+pub(crate) use crate::budget::{Bytes, parse_size};
 use crate::build::{self, PreparedScene};
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
-use crate::files::FileError;
 use crate::film;
 use crate::film::{Encoding, FilmMetadata, Layer, LayerSet, Manifest, NO_GROUP};
-use crate::forecast::{self, Forecast, Process};
+use crate::forecast;
 use crate::integrators::Counts;
 use crate::params::{Dialect, NamedFile};
-use crate::render::{Live, Mattes, Statistics, Step};
+use crate::render::{Mattes, Statistics};
+pub(crate) use crate::render::{THREADS_PER_PROCESSOR, TILE_SIZE, on_threads, threads_started};
 use crate::scene::{self, Names, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
 use std::collections::BTreeMap;
@@ -90,11 +95,12 @@ impl Scene {
         &self.problems
     }
 
-    /// The memory that rendering each frame will take; the scene was read since `before`.
+    /// The memory that rendering each frame will take at most; the scene was read since `before`, when [`Process::measured`]
+    /// was called. Nothing is loaded: files are known by their headers.
     ///
     /// # Errors
     /// A file that cannot be used, by name.
-    pub(crate) fn forecasts(&self, before: &Process) -> Result<Vec<Forecast>, FileError> {
+    pub fn forecasts(&self, before: &Process) -> Result<Vec<Forecast>, FileError> {
         let frames = self.frames.iter();
         frames.map(|frame| forecast::of(frame, before)).collect()
     }
@@ -382,7 +388,7 @@ pub struct Prepared {
     journal: Option<Journal>,
     replaced: Vec<String>,
     identity: Arc<dyn Fn() -> Identity + Send + Sync>,
-    /// The picture as it grows, if somebody looks.
+    /// The image as it grows, if somebody looks.
     live: Option<Arc<Live>>,
     /// What its paths do, if somebody asks.
     statistics: Option<Statistics>,
@@ -402,8 +408,8 @@ impl Prepared {
         threads_started(self.options.threads)
     }
 
-    /// The picture as it will grow.
-    pub(crate) fn live(&mut self) -> Arc<Live> {
+    /// The image as it will grow while [`Prepared::render`] works, to be looked at by any thread.
+    pub fn live(&mut self) -> Arc<Live> {
         let film = &self.scene.job.film;
         Arc::clone(self.live.get_or_insert_with(|| Arc::new(Live::new(film))))
     }
@@ -477,30 +483,6 @@ impl Prepared {
         // Threads that were there a moment ago: if the system refuses them now, those that are there do it.
         on_threads(self.options.threads, take).unwrap_or_else(|_| take())
     }
-}
-
-/// Maximum number of threads for each processor: more only cost memory and time.
-pub(crate) const THREADS_PER_PROCESSOR: usize = 8;
-
-/// The number of threads that are started where so many are requested; 0 requests one for each processor.
-pub(crate) fn threads_started(requested: usize) -> usize {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    match requested {
-        // Not left to rayon, which would take any number from RAYON_NUM_THREADS.
-        0 => processors,
-        requested => requested.min(THREADS_PER_PROCESSOR * processors),
-    }
-}
-
-/// Runs `work` on a pool of its own with [`threads_started`] threads.
-pub(crate) fn on_threads<T: Send>(
-    requested: usize,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, String> {
-    let threads = threads_started(requested);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
-    Ok(pool.install(work))
 }
 
 /// A scene file being read.
@@ -592,20 +574,5 @@ fn check_place(file: &NamedFile, sources: &SourceMap, diagnostics: &Diagnostics)
         let message = format!("the image cannot be `{}`: {problem}", file.path.display());
         let diagnostic = Diagnostic::error(message).at(file.span);
         diagnostics.push(diagnostic.with_help("name another: -o image.exr"));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_request_starts_threads_without_end() {
-        let one_each = threads_started(0);
-        assert!(one_each >= 1);
-        assert_eq!(threads_started(1), 1);
-        let most = THREADS_PER_PROCESSOR * one_each;
-        assert_eq!(threads_started(usize::MAX), most);
-        assert_eq!(on_threads(usize::MAX, rayon::current_num_threads), Ok(most));
     }
 }

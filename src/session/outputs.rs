@@ -48,7 +48,7 @@ impl Outputs {
         same_file(&self.image, &other.image)
     }
 
-    /// Can all of them, of `pixels` pixels, be written, as far as is known before rendering?
+    /// Checks, as far as that is known before rendering, that all of them, of `pixels` pixels, can be written.
     fn check(&self, pixels: usize) -> Result<(), Box<Diagnostic>> {
         let denoised: Vec<_> = self.denoised().collect();
         for path in self.paths().chain(denoised.iter().map(PathBuf::as_path)) {
@@ -152,7 +152,7 @@ fn cannot_write(error: &film::WriteError) -> Diagnostic {
     Diagnostic::error(error.to_string()).failed_if(error.is_failure())
 }
 
-/// Do two names, whose folders exist, mean one file?
+/// Returns `true` if two names, whose folders exist, mean one file.
 fn same_file(a: &Path, b: &Path) -> bool {
     let resolved = |path: &Path| {
         let folder = path.parent().filter(|f| !f.as_os_str().is_empty());

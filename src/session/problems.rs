@@ -60,7 +60,7 @@ impl Problems {
         self.errors
     }
 
-    /// Number of errors after which pbrt-v3 goes on, and `Policy::KeepGoing` too.
+    /// Number of errors after which pbrt-v3 continues, and `Policy::KeepGoing` too.
     pub fn recoverable_errors(&self) -> usize {
         self.recoverable
     }

@@ -26,7 +26,7 @@ pub struct Rendered {
     pub passes: Option<(u32, Ended)>,
     /// Samples that were not finite.
     pub dropped: Option<DroppedSamples>,
-    /// Whether it was stopped before its end: then pixels may lack samples.
+    /// `true` if it was stopped before its end: then pixels may lack samples.
     pub stopped: bool,
     /// How its files store numbers.
     pub encoding: Encoding,
@@ -145,7 +145,7 @@ impl Rendered {
     }
 }
 
-/// Who looks at the picture as it grows, and who asks what its paths do.
+/// Who looks at the image as it grows, and who asks what its paths do.
 type Onlookers<'a> = (Option<&'a Live>, Option<&'a Statistics>);
 
 /// Renders on the current rayon pool: with the scene's number of samples, or until the image is good enough.

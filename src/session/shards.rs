@@ -61,7 +61,7 @@ pub enum ShardError {
 }
 
 impl ShardError {
-    /// Whether it might be rendered on another machine or later.
+    /// Returns `true` if it might be rendered on another machine or later.
     pub fn is_failure(&self) -> bool {
         match self {
             ShardError::Checkpoint(error) => error.is_failure(),
@@ -72,6 +72,9 @@ impl ShardError {
 }
 
 impl Shards {
+    /// The largest number of shards of a render.
+    pub const MOST: u32 = Shard::MOST;
+
     /// Of these files.
     pub fn new(files: Vec<ShardFile>, every: Duration) -> Shards {
         let plan = None;

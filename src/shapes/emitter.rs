@@ -173,7 +173,7 @@ impl Emitter {
     }
 }
 
-/// Positive and finite?
+/// Returns `true` if it is positive and finite.
 #[inline(always)]
 fn is_density(pdf: f32) -> bool {
     (pdf > 0.0) & pdf.is_finite()
@@ -351,7 +351,7 @@ impl Ball {
         Some(self.cone_toward(toward, distance2))
     }
 
-    /// Is `from`, at this squared distance from the center, outside without doubt?
+    /// Returns `true` if `from`, at this squared distance from the center, is outside without doubt.
     #[inline(always)]
     fn is_clear_of(&self, from: &ReferencePoint, distance2: f64) -> bool {
         // No ray's origin is farther from the point than this.

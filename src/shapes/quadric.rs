@@ -284,7 +284,7 @@ impl Swept {
         DVec3::new(0.0, 0.0, 0.5 * (self.z_min + self.z_max))
     }
 
-    /// Is a point of the whole surface of revolution in this part?
+    /// Returns `true` if a point of the whole surface of revolution is in this part.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         p.z >= self.z_min && p.z <= self.z_max && self.sweeps(|| azimuth(p))
     }

@@ -79,8 +79,8 @@ impl ShapeType for TriangleMeshSpec {
     }
 }
 
-/// Does a triangle that has an area (above 1e-7 in pbrt-v2, twice that here: of the parallelogram) have two
-/// corners with the same texture coordinates?
+/// Returns `true` if a triangle that has an area (above 1e-7 in pbrt-v2, twice that here: of the parallelogram) has two
+/// corners with the same texture coordinates.
 fn has_degenerate_uv(data: &MeshData) -> bool {
     let at = |i: u32| Some((*data.positions.get(i as usize)?, *data.uv.get(i as usize)?));
     data.indices.iter().any(|&[a, b, c]| {
@@ -131,7 +131,7 @@ fn check_indices(indices: &[f64], vertices: usize) -> Result<Vec<[u32; 3]>, (usi
 }
 
 /// The numbers of a parameter, none if it is not given. Exporters write empty lists where a mesh has no normals or
-/// texture coordinates: no more than a warning then, although pbrt-v3 calls it an error as it goes on.
+/// texture coordinates: no more than a warning then, although pbrt-v3 calls it an error as it continues.
 fn listed<'a>(reader: &ParamReader, name: &str, given: Option<&'a [f64]>) -> &'a [f64] {
     if given.is_some_and(<[f64]>::is_empty) {
         let message = format!("`{name}` is an empty list: as if it were not given");

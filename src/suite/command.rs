@@ -92,7 +92,7 @@ impl Template {
         Ok(template)
     }
 
-    /// Does this have an influence on what is run?
+    /// Returns `true` if this has an influence on what is run.
     pub fn uses(&self, placeholder: Placeholder) -> bool {
         let mut pieces = self.words.iter().flatten();
         pieces.any(|piece| *piece == Piece::Placeholder(placeholder))

@@ -29,7 +29,7 @@ pub fn hash(path: &Path) -> std::io::Result<String> {
     }
 }
 
-/// Is this a hash as [`hash()`] writes it, in either case?
+/// Returns `true` if this is a hash as [`hash()`] writes it, in either case.
 pub fn is_hash(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }

@@ -62,10 +62,10 @@ pub struct Diagnostic {
     /// Index of the item of the list at `span`, from 0; `None` for the whole list. The location of the item is
     /// determined when the message is printed, so that the locations of a million numbers need not be stored.
     pub item: Option<usize>,
-    /// Whether this is an error that pbrt-v3 reports but tolerates, such as an unusable file or an undefined name. It
+    /// `true` if this is an error that pbrt-v3 reports but tolerates, such as an unusable file or an undefined name. It
     /// is replaced by something, so the rest can be rendered (`--keep-going`).
     pub recoverable: bool,
-    /// Whether it is an error of reading a file that another machine may read: see
+    /// `true` if it is an error of reading a file that another machine may read: see
     /// [`FileProblem::is_failure`](crate::files::FileProblem::is_failure).
     pub failed: bool,
     /// The name of the missing file, as given in the scene: those in one folder are reported together.

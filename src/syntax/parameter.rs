@@ -173,7 +173,7 @@ pub struct Param {
     pub declaration: Span,
     /// Location of the value, including brackets.
     pub value_span: Span,
-    /// Whether it has been looked up.
+    /// `true` if it has been looked up.
     pub used: Cell<bool>,
 }
 

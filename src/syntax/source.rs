@@ -90,7 +90,7 @@ struct SourceFile {
     path: PathBuf,
     bytes: Option<Rc<Vec<u8>>>,
     length: usize,
-    /// Whether it can be read again from `path`.
+    /// `true` if it can be read again from `path`.
     on_disk: bool,
     included_at: Option<Span>,
 }

@@ -9,10 +9,10 @@ use crate::surface::TexturePoint;
 
 /// A class of texture with values of type `V`.
 pub(super) trait TextureClass<V: TextureValue> {
-    /// Whether there are no float textures of it.
+    /// `true` if there are no float textures of it.
     const COLORS_ONLY: bool = false;
 
-    /// Whether it uses the footprint.
+    /// `true` if it uses the footprint.
     const FILTERS: bool = true;
 
     /// Reads the parameters under the transformation `ctm`.

@@ -35,7 +35,7 @@ pub struct TextureProblem {
     pub error: FileError,
     /// Where it is named: by the first texture that something uses, if any.
     pub span: Span,
-    /// Does anything use a texture of this file?
+    /// `true` if anything uses a texture of this file.
     pub used: bool,
 }
 
@@ -44,7 +44,7 @@ pub struct TextureProblem {
 pub struct Wanted {
     /// Its place.
     pub path: PathBuf,
-    /// Is it a Ptex file?
+    /// `true` if it is a Ptex file.
     pub is_ptex: bool,
     /// Number of filtered images of floats.
     pub floats: usize,
@@ -128,7 +128,7 @@ impl Textures {
 /// What a texture is compiled with, and the images and Ptex files that are asked for.
 pub(super) struct Compiler<'a> {
     pub(super) render_from_world: &'a Transform,
-    /// Does anything use the texture?
+    /// `true` if anything uses the texture.
     used: bool,
     images: Files,
     ptex: Files,

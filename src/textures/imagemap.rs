@@ -39,7 +39,7 @@ pub struct ImageSettings {
     pub filter: Filter,
     /// From stored to texture values.
     pub decoding: Decoding,
-    /// Is t = 0 the image's top row?
+    /// `true` if t = 0 is the image's top row.
     pub top_first: bool,
 }
 
@@ -48,7 +48,7 @@ pub struct ImageSettings {
 pub enum Decoding {
     /// pbrt-v3: the sRGB curve, if any, then the factor.
     Scaled {
-        /// Decode by the sRGB curve first?
+        /// `true` if values are decoded by the sRGB curve first.
         srgb: bool,
         /// Factor.
         scale: f32,

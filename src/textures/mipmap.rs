@@ -312,7 +312,7 @@ fn lanczos(x: f32) -> f32 {
     }
 }
 
-/// The position inside 0…n−1 that position `i` stands for; `None` for black.
+/// The position inside 0…n−1 that position `i` represents; `None` for black.
 fn wrap_index(i: i64, n: usize, wrap: Wrap) -> Option<usize> {
     let last = n as i64 - 1;
     match wrap {

@@ -18,7 +18,7 @@ pub struct Solid<P> {
 
 /// A pattern in a space of its own.
 pub(super) trait Pattern {
-    /// Whether there are no float textures of it.
+    /// `true` if there are no float textures of it.
     const COLORS_ONLY: bool = false;
 
     /// Reads the parameters.

@@ -27,7 +27,7 @@ pub trait TextureValue:
     /// A constant or a texture of this kind.
     type Input: Copy + Debug + Send + Sync;
 
-    /// Whether there are several channels.
+    /// `true` if there are several channels.
     const HAS_COLORS: bool;
 
     /// `v` in all channels.

@@ -150,6 +150,15 @@ fn max_depth(spec: &mut IntegratorSpec) -> Option<&mut u32> {
 }
 
 impl Candidate {
+    /// Of `sppm`, the radius of the discs that it starts with, in the scene's units.
+    #[must_use]
+    pub fn photon_radius(&self) -> Option<f32> {
+        match &self.options.integrator.spec {
+            IntegratorSpec::Sppm(sppm) => Some(sppm.radius),
+            _ => None,
+        }
+    }
+
     fn new(setting: Setting, value: &str, change: Change, options: &Options) -> Candidate {
         let mut options = options.clone();
         change.apply(&mut options);

@@ -17,7 +17,7 @@ pub struct Recommendation {
     pub seconds: f64,
     /// The squared error falls as the samples to the power −`slope`.
     slope: f64,
-    /// Whether sample counts must be powers of two.
+    /// `true` if sample counts must be powers of two.
     by_powers: bool,
 }
 

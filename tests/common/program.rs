@@ -71,3 +71,13 @@ pub(crate) fn differs_from_recorded(scene: &Path, text: &str) -> Option<String> 
         )
     })
 }
+
+/// Returns `true` if a signal, such as `-INT`, ends what these tests start and has no handler: they may have been started to ignore it.
+#[cfg(unix)]
+pub(crate) fn is_heard(signal: &str) -> bool {
+    let kill = format!("kill {signal} $$");
+    let ended = std::process::Command::new("sh")
+        .args(["-c", &kill])
+        .status();
+    ended.is_ok_and(|status| status.code().is_none())
+}

@@ -19,6 +19,24 @@ fn the_readme_is_short_and_starts_with_two_commands() {
     assert!(checks.contains(second));
 }
 
+/// There is no fstop in a registry: who installs it by its name gets an error, or somebody else's program.
+#[test]
+fn nothing_is_installed_from_where_it_is_not() {
+    let mut checked = 0;
+    for page in Page::all() {
+        for line in page
+            .text
+            .lines()
+            .filter(|line| line.contains("cargo install "))
+        {
+            checked += usize::from(line.contains("--git ADDRESS") || line.contains("--path ."));
+            let names_it = line.split_whitespace().any(|word| word == "fstop");
+            assert!(!names_it || line.contains("--git ADDRESS"), "{line}");
+        }
+    }
+    assert!(checked >= 5, "{checked}");
+}
+
 /// The README says how many scenes are compared with pbrt-v3's images.
 #[test]
 fn the_readme_counts_the_references() {

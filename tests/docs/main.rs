@@ -10,8 +10,10 @@
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;
+mod dependencies;
 mod features;
 mod links;
 mod markdown;
 mod mutants;
 mod v2;
+mod words;

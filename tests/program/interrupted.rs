@@ -1,6 +1,8 @@
 //! Renders that are killed, stopped and continued: the bits are those of an undisturbed render.
 
 use super::cli::Folder;
+#[cfg(unix)]
+use crate::common::program::is_heard;
 use crate::common::program::{Run, fstop};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -91,13 +93,13 @@ fn so_do_those_with_paths_from_the_lights() {
     }
 }
 
-/// Those that stop a render. One that these tests were started to ignore, as by `nohup`, is ignored by what they start, too.
+/// Those that stop a render. One that these tests were started to ignore, as by `nohup` or by a shell in the background, is ignored by what they start, too.
 #[cfg(unix)]
 fn signals() -> Vec<&'static str> {
-    let ignored = Command::new("sh").args(["-c", "kill -HUP $$"]).status();
-    let hears = ignored.expect("a shell").code().is_none();
-    let signals = ["-INT", "-TERM", "-USR1"];
-    signals.into_iter().chain(hears.then_some("-HUP")).collect()
+    let signals = ["-INT", "-TERM", "-USR1", "-HUP"];
+    { signals.into_iter() }
+        .filter(|signal| is_heard(signal))
+        .collect()
 }
 
 /// The user of `nohup` wants a render to outlive the terminal.

@@ -7,6 +7,9 @@
     reason = "a panic is an answer here"
 )]
 
+mod browser;
+#[cfg(unix)]
+mod chaos;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
@@ -21,7 +24,6 @@ mod files_within;
 mod focusing;
 mod interrupted;
 mod layers;
-mod lens_browser;
 mod lens_files;
 mod lens_report;
 mod light_groups;

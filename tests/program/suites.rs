@@ -1,6 +1,8 @@
 //! `fstop suite` and `fstop compare` of folders, as someone meets them who tests a renderer: what is found, what goes wrong and
 //! is told, and what is never lost.
 
+#[cfg(unix)]
+use crate::common::program::is_heard;
 use crate::common::program::{Run, fstop_in};
 use fstop::film::read;
 use serde_json::Value;
@@ -59,6 +61,22 @@ impl Folder {
             self.0.path(),
             [&["suite", "run", "suite.toml"], arguments].concat(),
         )
+    }
+
+    /// What a build server runs, with its variables: the exit code and what it says of errors.
+    #[cfg(unix)]
+    fn shell(&self, script: &str) -> (i32, String) {
+        let program = Path::new(env!("CARGO_BIN_EXE_fstop"));
+        let folders = std::env::var("PATH").unwrap();
+        let path = format!("{}:{folders}", program.parent().unwrap().display());
+        let mut shell = std::process::Command::new("sh");
+        let shell = shell.args(["-e", "-c", script]).current_dir(self.0.path());
+        shell.env("PATH", path);
+        shell.env("GITHUB_SHA", "0123").env("CI_COMMIT_SHA", "0123");
+        shell.env("GITHUB_STEP_SUMMARY", self.path("step.md"));
+        let output = shell.output().expect("a shell");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code().expect("an exit code"), said)
     }
 
     /// Runs, and returns the exit code and the results.
@@ -554,8 +572,10 @@ fn what_is_done_is_not_lost() {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     let id = child.id().to_string();
+    // A shell's background jobs ignore Ctrl-C.
+    let signal = if is_heard("-INT") { "-INT" } else { "-TERM" };
     let killed = std::process::Command::new("kill")
-        .args(["-INT", &id])
+        .args([signal, &id])
         .status();
     assert!(killed.expect("kill").success());
     assert_eq!(child.wait().expect("an end").code(), Some(130));
@@ -677,16 +697,26 @@ fn folders_are_compared_by_names() {
     );
 }
 
-/// The blocks of code of `docs/suites.md` in one language.
+/// The blocks of code in one language, of a page or a part of it. Those of lists are moved to the left.
 #[cfg(unix)]
-fn blocks(language: &str) -> Vec<String> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/suites.md");
-    let text = std::fs::read_to_string(file).expect("the page");
+fn blocks(page: &str, language: &str) -> Vec<String> {
     let fence = format!("```{language}\n");
-    let blocks = text.split(&fence).skip(1);
-    blocks
-        .map(|rest| rest.split("```").next().unwrap_or_default().to_owned())
-        .collect()
+    let parts: Vec<&str> = page.split(&fence).collect();
+    let blocks = parts.windows(2).map(|pair| {
+        let indent = pair[0].len() - pair[0].trim_end_matches(' ').len();
+        let block = pair[1].split("```").next().unwrap_or_default();
+        let lines = block.trim_end_matches(' ').lines();
+        lines
+            .map(|line| line.get(indent..).unwrap_or("").to_owned() + "\n")
+            .collect()
+    });
+    blocks.collect()
+}
+
+#[cfg(unix)]
+fn page(name: &str) -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+    std::fs::read_to_string(file).expect("the page")
 }
 
 /// What a shell is given of a build server's file: the lines below `key`, less what installs.
@@ -706,34 +736,18 @@ fn script(yaml: &str, key: &str) -> String {
 #[cfg(unix)]
 #[test]
 fn the_examples_of_the_page_work() {
-    let suites = blocks("toml");
+    let text = page("docs/suites.md");
+    let suites = blocks(&text, "toml");
     let folder = Folder::new(&suites[0]);
     std::fs::create_dir(folder.path("scenes")).expect("a folder");
     folder.scene("scenes/ball.pbrt", "0.5");
     folder.scene("scenes/prism.pbrt", "0.2");
-    let program = Path::new(env!("CARGO_BIN_EXE_fstop"));
-    let path = format!(
-        "{}:{}",
-        program.parent().unwrap().display(),
-        std::env::var("PATH").unwrap()
-    );
-    let shell = |script: &str| {
-        let mut shell = std::process::Command::new("sh");
-        shell
-            .args(["-e", "-c", script])
-            .current_dir(folder.0.path())
-            .env("PATH", &path);
-        shell.env("GITHUB_SHA", "0123").env("CI_COMMIT_SHA", "0123");
-        shell.env("GITHUB_STEP_SUMMARY", folder.path("step.md"));
-        let output = shell.output().expect("a shell");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        (output.status.code().expect("an exit code"), said)
-    };
-    for commands in &blocks("sh")[..2] {
+    let shell = |script: &str| folder.shell(script);
+    for commands in &blocks(&text, "sh")[..2] {
         let (code, said) = shell(commands);
         assert_eq!(code, 0, "{commands}{said}");
     }
-    let servers = blocks("yaml");
+    let servers = blocks(&text, "yaml");
     let [github, gitlab] = [
         script(&servers[0], "run: |"),
         script(&servers[1], "  script:"),
@@ -759,6 +773,91 @@ fn the_examples_of_the_page_work() {
     folder.write("suite.toml", &all);
     let (code, said) = shell("fstop suite run suite.toml --quiet");
     assert_eq!(code, 1, "{said}");
+}
+
+/// The way of `docs/guide.md` from nothing to a build server's page, less what installs.
+#[cfg(unix)]
+#[test]
+fn the_whole_way_works_as_it_is_written() {
+    let guide = page("docs/guide.md");
+    let way = guide.split_once("## The whole way").expect("a section").1;
+    let way = way.split("\n## ").next().unwrap_or_default();
+    let commands = blocks(way, "sh");
+    let [install, render, update, run] = &commands[..] else {
+        panic!("{commands:?}");
+    };
+    assert!(install.ends_with("cargo install --path . --locked\n"));
+    let folder = Folder::new(&blocks(way, "toml")[0]);
+    // The scene that is there after the first step, with a 25th of the pixels.
+    let scene = page("scenes/cornell/cornell.pbrt").replace("[ 300 ]", "[ 60 ]");
+    std::fs::create_dir_all(folder.path("scenes/cornell")).expect("a folder");
+    folder.write("scenes/cornell/cornell.pbrt", &scene);
+    for command in [render, update, run] {
+        let (code, said) = folder.shell(command);
+        assert_eq!(code, 0, "{command}{said}");
+    }
+    assert!(folder.path("cornell.png").exists() && folder.path("cornell.exr").exists());
+    assert!(
+        folder
+            .path("suite-references/scenes/cornell/cornell.exr")
+            .exists()
+    );
+    let server = blocks(way, "yaml");
+    assert!(server[0].contains("cargo install --locked --git ADDRESS fstop\n"));
+    let server = script(&server[0], "run: |");
+    assert_eq!(folder.shell(&server).0, 0, "{server}");
+    // A wall that is greener is found, and shown where the last step looks.
+    folder.write(
+        "scenes/cornell/cornell.pbrt",
+        &scene.replace(".12 .45 .15", ".12 .6 .15"),
+    );
+    assert_eq!(folder.shell(&server).0, 1);
+    let index = folder.text("suite-results/index.html");
+    assert!(
+        index.contains("pages/scenes/cornell/cornell.html"),
+        "{index}"
+    );
+    assert!(
+        folder
+            .path("suite-results/pages/scenes/cornell/cornell.html")
+            .exists()
+    );
+}
+
+/// The line for Mitsuba 3 in `docs/suites.md`, where there is one: two scenes, two seeds.
+#[cfg(unix)]
+#[test]
+fn mitsuba_is_tested_by_the_line_of_the_page() {
+    let found = std::process::Command::new("mitsuba").arg("--help").output();
+    if found.is_err() {
+        println!("skipped: no `mitsuba` in the path");
+        return;
+    }
+    const SCENE: &str = r#"<scene version="3.0.0"><default name="spp" value="64"/><default name="seed" value="0"/>
+        <integrator type="path"/> <emitter type="constant"/>
+        <sensor type="perspective">
+            <transform name="to_world"><lookat origin="0,0,5" target="0,0,0" up="0,1,0"/></transform>
+            <sampler type="independent"><integer name="sample_count" value="$spp"/><integer name="seed" value="$seed"/></sampler>
+            <film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="64"/>
+                <string name="pixel_format" value="rgb"/><rfilter type="box"/></film>
+        </sensor>
+        <shape type="sphere"><bsdf type="diffuse"><rgb name="reflectance" value="KD"/></bsdf></shape></scene>"#;
+    let text = page("docs/suites.md");
+    let line = text
+        .lines()
+        .find(|line| line.starts_with("command = \"mitsuba"));
+    let folder = Folder::new(&format!(
+        "[suite]\nseeds = [1, 2]\n[renderer.mitsuba]\n{}\n[[scene]]\nfile = \"a.xml\"\n[[scene]]\nfile = \"b.xml\"\n",
+        line.expect("its line")
+    ));
+    folder.write("a.xml", &SCENE.replace("KD", "0.5"));
+    folder.write("b.xml", &SCENE.replace("KD", "0.3"));
+    assert_eq!(folder.results(&["--update"]).0, 0);
+    let (code, results) = folder.results(&[]);
+    assert_eq!(code, 0, "{results:#}");
+    folder.write("b.xml", &SCENE.replace("KD", "0.303"));
+    let (_, results) = folder.results(&[]);
+    assert_eq!(statuses(&results), [("a", "agree"), ("b", "changed")]);
 }
 
 /// pbrt-v3's images of our scenes are a suite of 72, some of them rendered here: tests/scenes/references.rs has all with more samples.

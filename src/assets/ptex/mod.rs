@@ -52,7 +52,7 @@ pub struct PtexFile {
     pub mesh: MeshKind,
     /// Border modes for edges without a neighbor, in u and in v.
     pub borders: [Border; 2],
-    /// Whether the first two channels are a vector in a face's own (u, v), to be rotated from face to face.
+    /// `true` if the first two channels are a vector in a face's own (u, v), to be rotated from face to face.
     pub tangent_vectors: bool,
     /// Channels per texel: 1 or 3.
     pub channels: usize,

@@ -31,7 +31,7 @@ pub(crate) struct Writer {
     pub packing: Packing,
     /// How many reductions to store.
     pub reductions: u8,
-    /// Whether to include metadata, small and large, to be skipped.
+    /// `true` if metadata is included, small and large, to be skipped.
     pub meta_data: bool,
     /// Each with its texels, rows along u, channels interleaved; a constant face with a single texel.
     pub faces: Vec<(Face, Vec<f32>)>,

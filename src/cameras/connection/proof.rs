@@ -1,4 +1,4 @@
-//! The picture of an emitter by light tracing and by rays of the camera, through the lenses of `tests/golden`: a few of them always, all at four
+//! The image of an emitter by light tracing and by rays of the camera, through the lenses of `tests/golden`: a few of them always, all at four
 //! stops and three field points by
 //!
 //! ```text
@@ -32,7 +32,7 @@ struct Emitter {
     edges: [DVec3; 2],
 }
 
-/// What comes of a comparison, in parts of the whole flux: the difference of the flux, and of the picture in tiles, all added.
+/// What comes of a comparison, in parts of the whole flux: the difference of the flux, and of the image in tiles, all added.
 struct Difference {
     flux: f64,
     picture: f64,
@@ -145,7 +145,7 @@ fn lit(camera: &Camera) -> f32 {
     lit.next().unwrap_or(0.0)
 }
 
-/// Compares the picture by `n` rays of either; `None` where the lens shows nothing of the field point.
+/// Compares the image by `n` rays of either; `None` where the lens shows nothing of the field point.
 fn compare(camera: &Camera, field: f32, n: usize) -> Option<Difference> {
     const TILES: usize = 4;
     let emitter = Emitter::new(camera, field)?;

@@ -217,7 +217,7 @@ fn skewed() -> DMat4 {
     )
 }
 
-/// A tilted rectangle at some distance ahead, that leaves the picture on one side.
+/// A tilted rectangle at some distance ahead, that leaves the image on one side.
 const AHEAD: [[f64; 3]; 3] = [[-0.7, -0.9, 2.6], [3.0, 0.3, 0.6], [-0.1, 1.4, -0.2]];
 
 fn cases() -> Vec<Case> {

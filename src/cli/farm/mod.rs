@@ -1,4 +1,4 @@
-//! `fstop farm ENGINE`: what a render farm needs to render a picture in shards.
+//! `fstop farm ENGINE`: what a render farm needs to render an image in shards.
 
 mod slurm;
 

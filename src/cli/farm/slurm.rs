@@ -1,11 +1,9 @@
 //! Scripts for Slurm, from the templates beside this file: an array with a task for each shard, and a job that merges.
 
-use crate::budget::parse_size;
 use crate::cli::Cli;
 use crate::cli::codes::BAD_INPUT;
 use crate::cli::messages::{self, Failure};
-use crate::forecast::Process;
-use crate::session::{ReadOptions, Scene};
+use crate::session::{Process, ReadOptions, Scene, parse_size};
 use crate::{console, output};
 use clap::{Args, Parser};
 use std::path::{Path, PathBuf};
@@ -13,7 +11,7 @@ use std::path::{Path, PathBuf};
 const RENDER: &str = include_str!("render.sbatch");
 const MERGE: &str = include_str!("merge.sbatch");
 
-/// What the script does with a task that is to go on.
+/// What the script does with a task that is to continue.
 const TRAPS: &str = include_str!("traps.sh");
 const AGAIN: &str = include_str!("again.sh");
 
@@ -60,7 +58,7 @@ pub(super) struct SlurmArgs {
     /// Partition, or several with commas
     #[arg(help_heading = "Tasks", long, value_parser = partition)]
     partition: Option<String>,
-    /// Put tasks back into the queue that meet their time limit, are preempted or lose their node: they go on from
+    /// Put tasks back into the queue that meet their time limit, are preempted or lose their node: they continue from
     /// their checkpoints
     #[arg(help_heading = "Tasks", long)]
     requeue: bool,
@@ -107,7 +105,7 @@ pub(super) fn run(args: &SlurmArgs) -> u8 {
     }
 }
 
-/// Whether `render` takes the further options: better now than after a night in a queue.
+/// Checks that `render` takes the further options: better now than after a night in a queue.
 fn understood(args: &SlurmArgs) -> Result<(), clap::Error> {
     let shard = format!("1/{}", args.shards);
     let ours = [
@@ -203,7 +201,7 @@ impl Names {
     }
 }
 
-/// What stands for a name of a template.
+/// What replaces a name of a template.
 fn value(name: &str, args: &SlurmArgs, memory: Option<u64>, names: &Names) -> String {
     match name {
         "fstop" => names.fstop.clone(),

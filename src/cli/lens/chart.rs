@@ -42,7 +42,7 @@ pub(crate) struct Curve {
     pub name: String,
     pub color: RGBColor,
     pub stroke: Stroke,
-    /// A curve that breaks off and goes on has several parts.
+    /// A curve that breaks off and continues has several parts.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -74,7 +74,7 @@ pub(crate) struct Chart {
     pub x: Range<f64>,
     pub y: Range<f64>,
     pub curves: Vec<Curve>,
-    /// Are the curves named, below the axes?
+    /// `true` if the curves are named, below the axes.
     pub legend: bool,
 }
 

@@ -162,7 +162,7 @@ impl<'a> Scene<'a> {
             .collect()
     }
 
-    /// The glass between surfaces `i` and `i + 1`. Where their diameters differ, the smaller one goes on as a plane rim to
+    /// The glass between surfaces `i` and `i + 1`. Where their diameters differ, the smaller one continues as a plane rim to
     /// the edge of the larger.
     fn draw_glass(&self, image: &mut Drawing, i: usize) {
         let radius = |k: usize| self.lens.surfaces()[k].clear_radius();

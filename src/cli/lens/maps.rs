@@ -19,13 +19,13 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Debug)]
 #[command(next_help_heading = "For compositing and simulation")]
 pub(super) struct MapArgs {
-    /// Write an STMap that warps a pinhole's picture to the lens' (32-bit EXR; R and G are the source's place from its lower left corner, 0 to 1)
+    /// Write an STMap that warps a pinhole's image to the lens' (32-bit EXR; R and G are the source's place from its lower left corner, 0 to 1)
     #[arg(long, value_name = "FILE.exr")]
     stmap: Option<PathBuf>,
-    /// Write the STMap that warps the lens' picture to the pinhole's
+    /// Write the STMap that warps the lens' image to the pinhole's
     #[arg(long, value_name = "FILE.exr")]
     undistort: Option<PathBuf>,
-    /// Write the brightness of the lens' picture, 1 in the middle
+    /// Write the brightness of the lens' image, 1 in the middle
     #[arg(long, value_name = "FILE.exr")]
     shading: Option<PathBuf>,
     /// Pixels of these maps, which are square; their proportions are those of the film
@@ -179,7 +179,7 @@ fn pixels(raster: &Raster) -> impl Iterator<Item = [usize; 2]> {
     (0..height).flat_map(move |row| (0..width).map(move |column| [column, row]))
 }
 
-/// What is not known comes from outside of the picture.
+/// What is not known comes from outside of the image.
 const NOWHERE: [f64; 2] = [-1.0, -1.0];
 
 fn write_stmap(file: &Path, raster: &Raster, map: &RadialFactor) -> Result<(), Failure> {

@@ -226,7 +226,7 @@ fn of_focus(analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
     Ok(figures)
 }
 
-/// Shape and brightness of the picture.
+/// Shape and brightness of the image.
 fn of_film(analysis: &LensAnalysis) -> Result<Vec<Figure>, Failure> {
     let grid = analysis
         .distortion_grid

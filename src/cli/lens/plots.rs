@@ -202,7 +202,7 @@ pub(super) fn mtf_by_frequency(analysis: &LensAnalysis) -> Result<Vec<String>, F
     charts.map(|chart| chart.svg(SIZE)).collect()
 }
 
-/// The points up to `end`, the last of them between two where the curve goes on.
+/// The points up to `end`, the last of them between two where the curve continues.
 fn inside(points: &[[f64; 2]], end: f64) -> Vec<(f64, f64)> {
     let mut kept: Vec<(f64, f64)> = Vec::new();
     for &[x, y] in points {

@@ -22,11 +22,11 @@ use viewer::Viewer;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "While it runs")]
 pub(super) struct LiveArgs {
-    /// Show the picture as it grows to a viewer that speaks tev's protocol, such as localhost:14158. The render never waits
+    /// Show the image as it grows to a viewer that speaks tev's protocol, such as localhost:14158. The render never waits
     /// for it
     #[arg(long, value_name = "HOST:PORT", value_parser = address, conflicts_with = "shard")]
     display_server: Option<String>,
-    /// Write the unfinished picture now and then, as OUTPUT.partial.exr, which is removed when the image is written: 30s, 5m
+    /// Write the unfinished image now and then, as OUTPUT.partial.exr, which is removed when the image is written: 30s, 5m
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with = "shard")]
     write_partial: Option<Duration>,
     /// Write time by phase, rays, memory, samples, what lights and materials were met, and the lengths of paths as JSON
@@ -114,7 +114,7 @@ impl LiveArgs {
 }
 
 impl Onlookers {
-    /// No more unfinished pictures are written. Returns the files of those that were.
+    /// No more unfinished images are written. Returns the files of those that were.
     pub(super) fn stop_writing(&mut self) -> Vec<PathBuf> {
         self.partial.take().map(Partial::finish).unwrap_or_default()
     }

@@ -1,16 +1,16 @@
-//! `--write-partial`: a thread that writes the unfinished picture now and then.
+//! `--write-partial`: a thread that writes the unfinished image now and then.
 
 use crate::cli::checkpoint::partial;
 use crate::cli::messages;
 use crate::film::{self, Encoding, FilmMetadata};
-use crate::render::Live;
+use crate::session::Live;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Pictures that are being written.
+/// Images that are being written.
 pub(super) struct Partial {
     /// Closed when the render is over.
     over: Sender<()>,
@@ -35,7 +35,7 @@ impl Partial {
             while let Err(RecvTimeoutError::Timeout) = orders.recv_timeout(every) {
                 let trouble = write(&live, &images, (&metadata, &encoding), &mut written);
                 if let Some(error) = trouble.filter(|_| !std::mem::replace(&mut quiet, true)) {
-                    messages::warning(format!("--write-partial: {error}; the render goes on"));
+                    messages::warning(format!("--write-partial: {error}; the render continues"));
                 }
             }
             written

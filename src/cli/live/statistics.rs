@@ -1,7 +1,6 @@
 //! `--stats`: where a render's time went, and what its paths did, as JSON.
 
-use crate::forecast::Process;
-use crate::session::{Prepared, Rendered};
+use crate::session::{Prepared, Process, Rendered};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 

@@ -7,7 +7,7 @@ const CREATE_IMAGE: u8 = 4;
 /// Whose channels lie in one row of numbers, each with an offset and a stride.
 const UPDATE_IMAGE_V3: u8 = 6;
 
-/// What is shown: the picture, and as a layer of its own how many samples each pixel has.
+/// What is shown: the image, and as a layer of its own how many samples each pixel has.
 pub(super) const CHANNELS: [&str; 4] = ["R", "G", "B", "samples.Y"];
 
 /// The values of a pixel.

@@ -1,10 +1,10 @@
-//! `--display-server`: a thread that shows the picture to a viewer as it grows. The render never waits for it: what a slow viewer
+//! `--display-server`: a thread that shows the image to a viewer as it grows. The render never waits for it: what a slow viewer
 //! has not taken yet is replaced by newer pixels, and one that is gone is looked for again now and then.
 
 use super::tev::{self, Pixel};
 use crate::cli::messages;
 use crate::film::{Image, PixelBounds};
-use crate::render::Live;
+use crate::session::Live;
 use std::io::{self, ErrorKind, Write};
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::sync::Arc;
@@ -20,13 +20,13 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// The shortest and the longest time until it is looked for again; the first is doubled every time.
 const AGAIN: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)];
 
-/// What the whole picture may take when the render is over.
+/// What the whole image may take when the render is over.
 const LINGER: Duration = Duration::from_secs(2);
 
 /// Side of the squares that a whole image is sent in.
 const SIDE: u32 = 256;
 
-/// A viewer that is being shown a picture.
+/// A viewer that is being shown an image.
 pub(super) struct Viewer {
     over: Sender<Vec<Pixel>>,
     shown: Receiver<()>,
@@ -110,7 +110,7 @@ impl Show {
                 _ => error.to_string(),
             };
             messages::warning(format!(
-                "--display-server {}: {reason}; the render goes on, and looks for a viewer again now and then",
+                "--display-server {}: {reason}; the render continues, and looks for a viewer again now and then",
                 self.address
             ));
         }
@@ -119,7 +119,7 @@ impl Show {
         self.wait = (2 * self.wait).min(AGAIN[1]);
     }
 
-    /// Calls the viewer if need be; then the whole picture is new to it.
+    /// Calls the viewer if need be; then the whole image is new to it.
     fn connected(&mut self) -> io::Result<()> {
         if self.stream.is_some() {
             return Ok(());
@@ -146,7 +146,7 @@ impl Show {
         Ok(())
     }
 
-    /// The picture as it is written.
+    /// The image as it is written.
     fn send_last(&mut self, last: &[Pixel]) -> io::Result<()> {
         let bounds = self.live.bounds();
         for square in bounds.tiles(SIDE) {

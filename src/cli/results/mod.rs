@@ -36,7 +36,7 @@ pub(super) struct Row {
     pub name: String,
     /// What became of it.
     pub outcome: Outcome,
-    /// Whether it is a reference now (`--update`), whatever became of it before.
+    /// `true` if it is a reference now (`--update`), whatever became of it before.
     pub accepted: Option<String>,
     /// What else is to be known.
     pub notes: Vec<String>,
@@ -44,7 +44,7 @@ pub(super) struct Row {
     pub seconds: Option<f64>,
     /// Where its page is, relative to the index; with `/` between folders.
     pub page: Option<String>,
-    /// Small pictures.
+    /// Thumbnails.
     pub thumbnails: Thumbnails,
 }
 
@@ -190,7 +190,7 @@ fn found(comparison: &Comparison) -> String {
 }
 
 impl Results {
-    /// Shares the false-alarm rate among the images: of those that were compared, which differ?
+    /// Shares the false-alarm rate among the images that were compared, and settles which of them differ.
     pub(super) fn settle(&mut self) {
         let p = |comparison: &Comparison| match comparison.non_finite.unmatched {
             0 => comparison.verdict.p(),

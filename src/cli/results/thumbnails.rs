@@ -1,4 +1,4 @@
-//! Small pictures of an image, its reference and where they differ.
+//! Thumbnails of an image, its reference and where they differ.
 
 use crate::cli::html::escaped;
 use crate::film::Image;
@@ -10,7 +10,7 @@ use image::{ExtendedColorType, ImageFormat};
 use std::fmt::Write;
 use std::io::Cursor;
 
-/// The longer side of a small picture, in pixels: three of them fit a card.
+/// The longer side of a thumbnail, in pixels: three of them fit a card.
 const SIDE: u32 = 160;
 
 /// Standard errors at which the map of differences has its full color; noise alone brings few blocks above 4.

@@ -10,11 +10,11 @@ pub(super) struct Series {
     pub name: String,
     /// Seconds of CPU time, error in percent, and a label for the point.
     pub points: Vec<(f64, f64, String)>,
-    /// Whether the points are joined by lines.
+    /// `true` if the points are joined by lines.
     pub joined: bool,
 }
 
-const TEXT: u32 = 12 * FINE;
+const TEXT: u32 = 14 * FINE;
 
 /// One color per series, distinguishable for color-blind readers (Okabe and Ito 2008, yellow darkened, and gray).
 const PALETTE: [RGBColor; 9] = [
@@ -101,7 +101,11 @@ fn draw_series<'a, 'b: 'a>(
             .draw_series(LineSeries::new(line, style))
             .map_err(failure)?;
     }
-    let label = ("sans-serif", TEXT * 4 / 5).into_font().color(color);
+    // Small letters are read on white only if they are darker than a mark needs to be.
+    let [r, g, b] = [color.0, color.1, color.2].map(|c| c / 3 * 2);
+    let label = ("sans-serif", TEXT * 6 / 7)
+        .into_font()
+        .color(&RGBColor(r, g, b));
     let placed: Vec<_> = positive()
         .map(|p| (p, room.take(chart.backend_coord(&(p.0, p.1)), &p.2)))
         .collect();
@@ -121,7 +125,7 @@ fn draw_series<'a, 'b: 'a>(
 }
 
 /// Height of a label's letters.
-const LETTER: i32 = (TEXT * 4 / 5) as i32;
+const LETTER: i32 = (TEXT * 6 / 7) as i32;
 
 /// Half the side of a mark, and the distance of its label.
 const MARK: i32 = 6 * FINE as i32;

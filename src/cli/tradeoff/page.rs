@@ -7,7 +7,8 @@ use crate::cli::lens::chart::Failure;
 use crate::tradeoff::{Candidate, Measurement, Setting, Study};
 use std::fmt::Write;
 
-const STYLE: &str = ".advice{font-size:1.15em;border-left:4px solid #0072b2;padding-left:.8em}figure{margin:1em 0}\
+const STYLE: &str = ".advice{font-size:1.15em;border-left:4px solid #0072b2;padding-left:.8em}figure{margin:1em 0;overflow-x:auto}\
+figure>svg{max-width:none;width:100%;min-width:54em}td{white-space:nowrap}\
 td:nth-child(-n+2),th:nth-child(-n+2){text-align:left}";
 
 /// The page.
@@ -28,7 +29,7 @@ pub(super) fn html(study: &Study, scene: &str, shrunk: bool) -> Result<String, F
     );
     let head = [
         "setting",
-        "setting",
+        "value",
         "spp",
         "error (%)",
         "bias (%)",

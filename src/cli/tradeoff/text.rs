@@ -1,6 +1,5 @@
 //! The study as text.
 
-use crate::integrators::IntegratorSpec;
 use crate::tradeoff::integrators::BIASED;
 use crate::tradeoff::{Candidate, Estimate, Measurement, Setting, Study};
 use std::fmt::Write;
@@ -164,12 +163,10 @@ fn about_integrators(study: &Study) -> String {
 
 /// An integrator as a scene names it, with the disc that it was measured with.
 fn spelled(candidate: &Candidate) -> String {
-    match &candidate.options.integrator.spec {
-        IntegratorSpec::Sppm(sppm) => {
-            let (name, radius) = (&candidate.value, sppm.radius);
-            format!("`{name}` with \"float radius\" {radius}")
-        }
-        _ => format!("`{}`", candidate.value),
+    let name = &candidate.value;
+    match candidate.photon_radius() {
+        Some(radius) => format!("`{name}` with \"float radius\" {radius}"),
+        None => format!("`{name}`"),
     }
 }
 

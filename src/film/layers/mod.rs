@@ -38,7 +38,7 @@ pub enum Layer {
     Instance,
     /// Where the point of the first surface moves while the shutter is open, in pixels to the right and up.
     Motion,
-    /// The picture by the groups of its lights (`"string group"`), and of those that have none: light groups.
+    /// The image by the groups of its lights (`"string group"`), and of those that have none: light groups.
     Lights,
     /// Diameter in pixels of the circle of confusion that a point of this depth has near the axis of the lens.
     Coc,
@@ -83,7 +83,7 @@ impl Layer {
     }
 
     /// The names of its channels in a file, as compositing programs expect them: components behind the layer's name, and
-    /// the alpha of the picture itself. Those of light groups are called as the scene calls them.
+    /// the alpha of the image itself. Those of light groups are called as the scene calls them.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
             Layer::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
@@ -163,12 +163,12 @@ impl LayerSet {
         self.lights.into()
     }
 
-    /// Whether `layer` is among them.
+    /// Returns `true` if `layer` is among them.
     pub fn contains(self, layer: Layer) -> bool {
         self.layers & 1 << layer as u16 != 0
     }
 
-    /// Whether there is none.
+    /// Returns `true` if there is none.
     pub fn is_empty(self) -> bool {
         self.layers == 0
     }
@@ -194,7 +194,7 @@ impl LayerSet {
         })
     }
 
-    /// Whether any is a Cryptomatte.
+    /// Returns `true` if any is a Cryptomatte.
     pub fn has_mattes(self) -> bool {
         self.iter().any(|layer| layer.matte().is_some())
     }

@@ -2,7 +2,7 @@
 //! that threads, tiles, shards and resumed renders change no bit of them either.
 //!
 //! Two kinds of means are made of the sums. *Filtered* layers (`albedo`, `normal`, `alpha`) are weighted as colors are, over
-//! all samples whose ray leaves the lens: a denoiser then finds their edges where those of the picture are, and vignetting
+//! all samples whose ray leaves the lens: a denoiser then finds their edges where those of the image are, and vignetting
 //! does not darken them. *Geometric* layers (`depth`, `position`, `uv`, `motion`, `coc`) are plain means over the samples that meet a
 //! surface, for a mean with the negative weights of some filters may be over a sum that is nearly zero.
 
@@ -287,7 +287,7 @@ pub struct ImageLayers {
     pub means: Vec<ImageLayer>,
     /// Cryptomattes.
     pub mattes: Vec<ImageMatte>,
-    /// The picture by groups of its lights: first of those that have none, then in the order in which the scene names them.
+    /// The image by groups of its lights: first of those that have none, then in the order in which the scene names them.
     pub lights: Vec<Vec<Rgb>>,
 }
 

@@ -105,7 +105,7 @@ impl CameraPath<'_, '_> {
         }
     }
 
-    /// Goes on from a surface: where photons have been gathered, which stand for all else, by perfectly specular lobes alone.
+    /// Continues from a surface: where photons have been gathered, which represent all else, by perfectly specular lobes alone.
     /// Where light comes from below a surface, it is gathered around the point where it entered.
     fn scatter(
         &mut self,

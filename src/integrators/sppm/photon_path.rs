@@ -82,7 +82,7 @@ impl PhotonMapper<'_> {
         None
     }
 
-    /// What a surface does to the flux, and the ray on which it goes on. Subsurface scattering is the same both ways, so
+    /// What a surface does to the flux, and the ray on which it continues. Subsurface scattering is the same both ways, so
     /// that its factors are those of a path from the camera.
     fn scatter(
         &self,

@@ -788,7 +788,7 @@ fn samples_know_their_end() {
     assert!(failed.is_empty(), "{failed:#?}");
 }
 
-/// Every ray of a light that is sampled exactly stands for all of its flux.
+/// Every ray of a light that is sampled exactly represents all of its flux.
 #[test]
 fn what_can_be_exact_is() {
     let even = placements().into_iter().filter(|(_, _, even)| *even);

@@ -13,7 +13,7 @@ pub struct ChiefRay {
     pub aim: f64,
     /// In front of the lens, from a point of the first surface toward the scene.
     pub ray: LensRay<f64>,
-    /// Do the apertures let it through?
+    /// `true` if the apertures let it through.
     pub passes: bool,
 }
 

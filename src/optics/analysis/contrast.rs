@@ -7,9 +7,9 @@ pub(super) const STEP: f64 = 2.0;
 ///
 /// Where the function passes through zero its phase jumps by half a turn, and black and white change places: that is spurious
 /// resolution (Goodman, *Introduction to Fourier Optics*, §6.4.4), and the sign changes. The phase of an unsymmetrical spot drifts
-/// besides, which moves the lines and reverses nothing. So each value is compared with where the phase would be if it went on to turn as
+/// besides, which moves the lines and reverses nothing. So each value is compared with where the phase would be if it continued to turn as
 /// before: nearer to half a turn from there than to none is a jump. Past a zero that is missed by little the phase turns quickly, which says
-/// nothing of how it goes on.
+/// nothing of how it continues.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Follower {
     /// The last value that was not zero, with its sign.

@@ -32,7 +32,7 @@ impl RadialFactor {
         }
         let i = (place.floor() as usize).min(last - 1);
         let node = |k: isize| {
-            // Beyond the axis the other side; beyond the end as it went on.
+            // Beyond the axis the other side; beyond the end as it continued.
             let k = k.unsigned_abs();
             match self.nodes.get(k) {
                 Some(node) => *node,
@@ -61,16 +61,16 @@ impl RadialFactor {
 /// What compositing asks of a lens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensMaps {
-    /// From a distance from the axis in the lens' picture to that in the pinhole's.
+    /// From a distance from the axis in the lens' image to that in the pinhole's.
     pub to_pinhole: RadialFactor,
-    /// From one in the pinhole's picture to that in the lens'.
+    /// From one in the pinhole's image to that in the lens'.
     pub to_lens: RadialFactor,
 }
 
 /// Nodes over the film's diagonal and half as much again: interpolation between them is good to 1e-4 of a pixel of 24 million, of a
 /// fisheye of 150° too.
 const NODES: usize = 768;
-/// How much farther than the corner of the film maps are known: a lens with barrel distortion shows more than the pinhole's picture
+/// How much farther than the corner of the film maps are known: a lens with barrel distortion shows more than the pinhole's image
 /// holds, one with pincushion distortion less.
 const BEYOND: f64 = 1.5;
 
@@ -150,7 +150,7 @@ pub fn shading(lens: &Lens, film: Film) -> Option<RadialFactor> {
     (middle > 0.0).then_some(RadialFactor { step, nodes })
 }
 
-/// The pixels of a picture on a film.
+/// The pixels of an image on a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Raster {
     /// Pixels across and down.
@@ -171,7 +171,7 @@ impl Raster {
         Raster { size, film }
     }
 
-    /// The middle of the pixel in this column and row, row 0 at the top: mm to the right and up from the middle of the picture.
+    /// The middle of the pixel in this column and row, row 0 at the top: mm to the right and up from the middle of the image.
     pub fn place(&self, [column, row]: [usize; 2]) -> [f64; 2] {
         let part = |i: usize, n: usize| (i as f64 + 0.5) / n as f64 - 0.5;
         [
@@ -180,12 +180,12 @@ impl Raster {
         ]
     }
 
-    /// A place as a part of the picture's width and height, from its lower left corner: what an STMap holds.
+    /// A place as a part of the image's width and height, from its lower left corner: what an STMap holds.
     pub fn st(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [0.5 + x / self.film.width, 0.5 + y / self.film.height]
     }
 
-    /// Where the picture comes from that `map` makes of this pixel, as an STMap says it; `None` where it is not known.
+    /// Where the image comes from that `map` makes of this pixel, as an STMap says it; `None` where it is not known.
     pub fn source(&self, map: &RadialFactor, pixel: [usize; 2]) -> Option<[f64; 2]> {
         let [x, y] = self.place(pixel);
         let factor = map.at(x.hypot(y))?;
@@ -239,7 +239,7 @@ mod tests {
                 assert!(count > 50.0, "{name} {height}: {count}");
                 let there = pinhole * slope / count;
                 let mapped = height * maps.to_pinhole.at(height).unwrap();
-                // In the pinhole's picture, and back in the lens' where lengths are other ones.
+                // In the pinhole's image, and back in the lens' where lengths are other ones.
                 assert!(
                     (mapped - there).abs() < 0.02 * pixel * (there / height).max(1.0),
                     "{name} {height}: {mapped} {there}"

@@ -106,7 +106,7 @@ fn through_focus(rays: &[LensRay<f64>], reach: f64) -> Vec<Contrast> {
 
 fn by_waves(wavefront: &Wavefront, axis: usize) -> Vec<[f64; 2]> {
     let curve = wavefront.frequencies(axis).zip(wavefront.transfer(axis));
-    // One beyond the largest, for the curve to go on to the end.
+    // One beyond the largest, for the curve to continue to the end.
     let mut beyond = false;
     let shown = curve.take_while(|(f, _)| !std::mem::replace(&mut beyond, *f > LARGEST_FREQUENCY));
     shown.map(|(f, contrast)| [f, contrast]).collect()

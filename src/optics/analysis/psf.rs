@@ -85,7 +85,7 @@ impl ColorLenses {
     }
 }
 
-/// Point spread functions as a picture of tiles: fields from left to right, depths from top to bottom.
+/// Point spread functions as an image of tiles: fields from left to right, depths from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PsfGrid {
     /// Pixels of a tile's side.

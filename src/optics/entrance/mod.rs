@@ -37,7 +37,7 @@ pub struct FilmWindow {
 }
 
 impl FilmWindow {
-    /// Does the film point lie in it?
+    /// Returns `true` if the film point lies in it.
     pub fn holds(&self, p: [f64; 2]) -> bool {
         (0..2).all(|i| p[i] >= self.low[i] && p[i] <= self.high[i])
     }
@@ -165,7 +165,7 @@ impl EntrancePupil {
         }
     }
 
-    /// Sends ray number `i` of a camera into the scene. Has the region been made larger for it?
+    /// Sends ray number `i` of a camera into the scene. Returns `true` if the region has been made larger for it.
     fn probe(&mut self, (lens, pupil): Seen<'_>, i: usize) -> bool {
         // Five coordinates of the R sequence (Roberts 2018).
         let r = |k: i32| (0.5 + (i + 1) as f64 / 1.134_724_138_401_519_5f64.powi(k)).fract();
@@ -177,7 +177,7 @@ impl EntrancePupil {
         ray.is_some_and(|ray| self.include(&ray, film, r(5).powi(2)))
     }
 
-    /// Makes the region hold this ray from the film for the point on it at the inverse distance `v`. Has it become larger?
+    /// Makes the region hold this ray from the film for the point on it at the inverse distance `v`. Returns `true` if it has become larger.
     fn include(&mut self, ray: &LensRay<f64>, film: [f64; 2], v: f64) -> bool {
         let (o, d) = (DVec3::from(ray.o), DVec3::from(ray.d));
         let center = DVec3::new(0.0, 0.0, self.center_z);

@@ -98,7 +98,7 @@ impl Survey {
         self.scope().sight(t, v / self.near()).outline(hint)
     }
 
-    /// The angle at which light ends at `v`, and whether it goes on beyond [`WIDEST`]; 0 where there is none.
+    /// The angle at which light ends at `v`, and whether it continues beyond [`WIDEST`]; 0 where there is none.
     fn edge(&self, v: f64) -> (f64, bool) {
         let mut hint = None;
         let mut lit = |t: f64| {

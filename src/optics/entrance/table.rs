@@ -134,8 +134,8 @@ impl Slab {
         (w - start) / (self.ends[i] - start)
     }
 
-    /// Makes the region of a point at `t` and `v` hold the point `p`, and its image the film point, along and across. Has either become
-    /// larger?
+    /// Makes the region of a point at `t` and `v` hold the point `p`, and its image the film point, along and across. Returns `true` if either
+    /// has become larger.
     pub(super) fn include(&mut self, t: f64, v: f64, p: DVec2, film: DVec2) -> bool {
         let (w, r) = self.relative(t, v);
         let i = self.ends.partition_point(|end| *end < w);

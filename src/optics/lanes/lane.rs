@@ -47,7 +47,7 @@ macro_rules! bundle {
         }
 
         impl<const N: usize> $mask<N> {
-            /// Does lane `i` say yes?
+            /// Returns `true` if lane `i` is true.
             #[inline(always)]
             pub fn at(&self, i: usize) -> bool {
                 self.0[i] != 0

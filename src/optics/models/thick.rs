@@ -1,6 +1,6 @@
 //! The lens near its axis: two principal planes, and pupils apart from them.
 //!
-//! A ray from the film meets the rear principal plane, goes on from the front principal plane at the same
+//! A ray from the film meets the rear principal plane, continues from the front principal plane at the same
 //! height, and turns by height over focal length; in a medium behind the lens its slope counts n' times. All rays through a point of the exit pupil's
 //! plane then come from one point of the entrance pupil's plane, wherever that lies, so perspective and the blur
 //! of near things are the real lens'. Aberrations and distortion are missing. The real

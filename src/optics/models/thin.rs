@@ -44,7 +44,7 @@ impl<B: Plain> Thin<B> {
         self.thick.ray(film, pupil)
     }
 
-    /// Is the point of the principal plane in the disk?
+    /// True where the point of the principal plane is in the disk.
     #[inline(always)]
     pub fn holds<T: Number<Base = B>>(&self, pupil: &[T; 2]) -> T::Mask {
         // A sample of the disk's very edge may be rounded out of it.

@@ -106,7 +106,7 @@ fn is_focal_length(cells: &[Cell]) -> bool {
 
 /// Turns rows into surfaces, collecting what is wrong.
 struct Reader {
-    /// Has any row five columns?
+    /// `true` if any row has five columns.
     five_columns: bool,
     /// Index of the space in front of the next row.
     medium: f64,
@@ -342,7 +342,7 @@ fn aperture(text: &str) -> Result<f64, String> {
     Ok(d)
 }
 
-/// Could this be the refractive index of a glass, of which lenses have 1.3 to 2.2?
+/// Returns `true` if this could be the refractive index of a glass, of which lenses have 1.3 to 2.2.
 fn plausible_index(text: &str) -> bool {
     text.parse::<f64>().is_ok_and(|n| (1.0..=2.5).contains(&n))
 }

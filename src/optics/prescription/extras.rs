@@ -60,7 +60,7 @@ impl Extras {
 }
 
 impl Dispersion {
-    /// Does it give a refractive index where light is seen?
+    /// Returns `true` if it gives a refractive index where light is seen.
     pub(super) fn check(&self) -> Result<(), String> {
         for wavelength in [0.38, 0.5875618, 0.78] {
             let n = self.index(wavelength);

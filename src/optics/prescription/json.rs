@@ -10,7 +10,7 @@
 //!
 //! Of ISET (isetlens and the lenses of isetcam): `surfaces` from the scene to the film with `radius`, 0 for a plane, which is a stop
 //! where `ior`, the index behind, is 0 too; `thickness` to the next; `semi_aperture`; `conic_constant`; all in `units` (mm where it is missing).
-//! A pair of numbers stands for a biconic surface, which is read where both are the same. More is fstop's own: `stop` (true for a stop
+//! A pair of numbers represents a biconic surface, which is read where both are the same. More is fstop's own: `stop` (true for a stop
 //! that does not look like one), `abbe`, `glass`, `coating` (`INDEX@NM`), `dispersion` (a `formula`, "cauchy", "sellmeier" or the number of one of glass catalogues, and its
 //! `coefficients`), `aspheric_terms` (of r², r⁴, …), `film_distance` behind the last surface, and `positions` of groups
 //! ([`super::positions`]): `zoom`, `focus` in meters (null for infinity), and `gaps` with their `name`, the surfaces they lie `behind`, from 0, and

@@ -107,7 +107,7 @@ pub enum PrescriptionError {
 }
 
 impl PrescriptionError {
-    /// Whether the file might be read elsewhere or later.
+    /// Returns `true` if the file might be read elsewhere or later.
     pub fn is_failure(&self) -> bool {
         matches!(self, PrescriptionError::Unreadable(problem) if problem.is_failure())
     }
@@ -189,7 +189,7 @@ impl Prescription {
         self.surfaces.iter().map(|s| s.thickness).sum()
     }
 
-    /// Has it an aperture stop?
+    /// Returns `true` if it has an aperture stop.
     pub fn has_stop(&self) -> bool {
         self.surfaces.iter().any(|s| s.is_stop)
     }

@@ -16,7 +16,7 @@ use super::positions::{GapTable, PositionTable};
 use super::{Prescription, PrescriptionError, RowNote};
 use std::collections::HashMap;
 
-/// Is this such a table?
+/// Returns `true` if this is such a table.
 pub(super) fn is_file(text: &str) -> bool {
     text.lines()
         .any(|line| line.trim().eq_ignore_ascii_case("[lens data]"))

@@ -12,7 +12,7 @@ use super::json::{note, unreadable};
 use super::{Prescription, PrescriptionError};
 use serde_json::Value;
 
-/// Is this such a lens?
+/// Returns `true` if this is such a lens.
 pub(super) fn is_file(text: &str) -> bool {
     text.contains("\"surface_group\"")
 }

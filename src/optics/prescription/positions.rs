@@ -135,7 +135,7 @@ pub enum PositionError {
 }
 
 impl Positions {
-    /// Is this a line of them?
+    /// Returns `true` if this is a line of them.
     pub(super) fn is_line(cells: &[Cell]) -> bool {
         let first = cells.first().map(|c| c.text);
         matches!(first, Some("zoom" | "focus" | "gap"))
@@ -204,7 +204,7 @@ impl Positions {
         gap.values[0]
     }
 
-    /// Has the file none of these lines?
+    /// Returns `true` if the file has none of these lines.
     pub(super) fn is_empty(&self) -> bool {
         self.gaps.is_empty() && self.columns == [None, None]
     }
@@ -268,7 +268,7 @@ impl Positions {
         self.zoom_range().map_or(&[], |_| &self.zooms)
     }
 
-    /// Do groups move against each other to focus?
+    /// Returns `true` if groups move against each other to focus.
     pub fn focuses(&self) -> bool {
         self.vergences.len() > 1
     }
@@ -333,7 +333,7 @@ impl Positions {
 
 impl Prescription {
     /// The lens at this zoom, its groups where they focus at `distance` mm from the film (infinity is allowed); the nearest and the
-    /// farthest of the file's distances stand for those beyond. Without a zoom: at the first of the file's. A lens whose groups do not
+    /// farthest of the file's distances are taken for those beyond. Without a zoom: at the first of the file's. A lens whose groups do not
     /// move is itself.
     ///
     /// # Errors

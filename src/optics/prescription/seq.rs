@@ -1,6 +1,6 @@
 //! CODE V's sequential files (`.seq`).
 //!
-//! Commands of up to three letters and values, several in a line behind `;`, a line going on behind `&`; `!` starts a
+//! Commands of up to three letters and values, several in a line behind `;`, a line continuing behind `&`; `!` starts a
 //! comment. `SO`, `S` and `SI` begin object, surfaces and film: radius (`RDM`) or curvature (without it, or `RDM N`), thickness, glass. Read are the
 //! units (`DIM M`, `C`, `I`), the beam (`EPD`, `FNO`, `NA`, `NAO`), fields (`XAN`/`YAN`, `XOB`/`YOB`, `XIM`/`YIM`, `XRI`/`YRI`) with vignetting
 //! (`VUY`, `VLY`), wavelengths in nm (`WL`, `REF`), private glasses (`PRV` … `END`), the stop (`STO`), clear apertures (`CIR`), and of

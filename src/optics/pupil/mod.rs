@@ -166,7 +166,7 @@ impl ExitPupil {
         found
     }
 
-    /// Is this film radius sampled from the tables?
+    /// Returns `true` if this film radius is sampled from the tables.
     #[inline(always)]
     fn is_tabulated<T: PartialOrd>(&self, radius: T, reach: T) -> bool {
         radius <= reach && self.sampling != PupilSampling::Rejection
@@ -212,7 +212,7 @@ impl ExitPupil {
         })
     }
 
-    /// The area, as in [`PupilSample::area`], that samples around `point` of the plane stand for, seen from the film point (x, y)
+    /// The area, as in [`PupilSample::area`], that samples around `point` of the plane represent, seen from the film point (x, y)
     /// mm; `None` where none falls.
     pub fn area_at(&self, film: [f64; 2], point: [f64; 2]) -> Option<f64> {
         let radius = (film[0] * film[0] + film[1] * film[1]).sqrt();
@@ -239,7 +239,7 @@ impl ExitPupil {
         })
     }
 
-    /// Projected solid angle ∫cosθ dω, in steradians, that a sample of area `area` stands for, seen
+    /// Projected solid angle ∫cosθ dω, in steradians, that a sample of area `area` represents, seen
     /// from the film point: area·cos⁴θ/Z², the factor between radiance and irradiance.
     pub fn projected_solid_angle(&self, film: [f64; 2], sample: &PupilSample) -> f64 {
         projected_solid_angle([film[0], film[1], self.survey.film_z], sample)

@@ -54,7 +54,7 @@ pub(super) struct Outline {
 }
 
 impl View<'_> {
-    /// Does the ray through `p` reach the scene?
+    /// Returns `true` if the ray through `p` reaches the scene.
     pub(super) fn passes(&self, p: [f64; 2]) -> bool {
         let film = [self.radius, 0.0];
         let mut tracers = self.survey.tracers.iter();

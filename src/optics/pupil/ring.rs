@@ -108,14 +108,14 @@ impl Ring {
         })
     }
 
-    /// Is `p`, relative to the lens axis, within the region of film radius `radius`?
+    /// Returns `true` if `p`, relative to the lens axis, is within the region of film radius `radius`.
     #[cfg(test)]
     pub(super) fn holds_absolute(&self, radius: f64, p: [f64; 2]) -> bool {
         let t = self.t(radius);
         self.holds(t, [p[0] - self.center.at(t), p[1]])
     }
 
-    /// Is `p`, relative to the middle, within the region?
+    /// Returns `true` if `p`, relative to the middle, is within the region.
     fn holds(&self, t: f64, p: [f64; 2]) -> bool {
         self.triangle(t, p).is_some()
     }
@@ -169,7 +169,7 @@ fn quadratic(c: [f64; 3], t: f64) -> f64 {
     c[0] + t * (c[1] + t * c[2])
 }
 
-/// Is c₀ + c₁t + c₂t² ≥ 0 for t from 0 to 1, and finite?
+/// Returns `true` if c₀ + c₁t + c₂t² ≥ 0 for t from 0 to 1, and finite.
 fn never_negative(c: [f64; 3]) -> bool {
     let at = |t: f64| quadratic(c, t);
     let lowest = (-0.5 * c[1] / c[2]).clamp(0.0, 1.0);

@@ -25,7 +25,7 @@ pub(super) struct Search {
     steps: u32,
     /// Last step outward or inward, relative to t.
     factor: f64,
-    /// Which of two ends moved last: was it the high one?
+    /// `Some(true)` if of the two ends the high one moved last.
     high_moved: Option<bool>,
     found: Option<f64>,
 }
@@ -90,7 +90,7 @@ impl Search {
         }
     }
 
-    /// Goes on from `t` inward if that is `outside`, else outward.
+    /// Continues from `t` inward if that is `outside`, else outward.
     fn step_out(&mut self, t: f64, outside: bool) {
         self.factor *= 2.0;
         self.steps += 1;

@@ -38,7 +38,7 @@ pub(super) struct PupilTable<B> {
 pub(in crate::optics) struct Spread<T: Index> {
     /// (x, y), mm.
     pub point: [T; 2],
-    /// The area that each stands for, mm².
+    /// The area that each represents, mm².
     pub area: T,
     /// Which film points any light reaches; elsewhere the other numbers mean nothing.
     pub lit: T::Mask,

@@ -77,7 +77,7 @@ pub enum MergeError {
 }
 
 impl MergeError {
-    /// Whether they might be read on another machine or later.
+    /// Returns `true` if they might be read on another machine or later.
     pub fn is_failure(&self) -> bool {
         match self {
             MergeError::Unreadable { source, .. } => source.kind() != io::ErrorKind::NotFound,

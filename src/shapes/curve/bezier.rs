@@ -46,7 +46,7 @@ impl Bezier {
     }
 
     /// The point at `t`, and the derivative there. Where that vanishes (coinciding control points)
-    /// the direction from end to end stands for it, as in pbrt-v3.
+    /// the direction from end to end takes its place, as in pbrt-v3.
     pub fn at(&self, t: f64) -> (DVec3, DVec3) {
         let [p, q] = self.last_two(t);
         let derivative = if p == q {

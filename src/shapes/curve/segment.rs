@@ -197,7 +197,7 @@ impl Segment {
             point: LocalPoint {
                 p: o + d * hit.t,
                 // pbrt-v3's choice: new rays start two widths away, beyond the body that the strip
-                // stands for.
+                // represents.
                 p_error: DVec3::splat(2.0 * hit.width),
                 n,
                 shading_n: n,
@@ -219,7 +219,7 @@ fn between([a, b]: [f64; 2], t: f64) -> f64 {
 }
 
 impl Search<'_> {
-    /// Does the box around a piece in the ray's frame hold a point of the ray?
+    /// Returns `true` if the box around a piece in the ray's frame holds a point of the ray.
     fn may_meet(&self, curve: &Bezier, [u0, u1]: [f64; 2]) -> bool {
         let reach = 0.5 * between(self.width, u0).max(between(self.width, u1));
         let (min, max) = curve.bounds();

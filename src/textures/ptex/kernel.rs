@@ -47,7 +47,7 @@ impl Kernel {
         self.u.sum() * self.v.sum()
     }
 
-    /// Are there no texels?
+    /// Returns `true` if there are no texels.
     pub(super) fn is_empty(&self) -> bool {
         self.u.weights().is_empty() || self.v.weights().is_empty()
     }
@@ -62,7 +62,7 @@ impl Kernel {
         }
     }
 
-    /// Is some of it beyond this edge?
+    /// Returns `true` if some of it is beyond this edge.
     pub(super) fn crosses(&self, edge: u8) -> bool {
         match edge & 3 {
             BOTTOM => self.v.start < 0,

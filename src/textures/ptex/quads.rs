@@ -37,7 +37,7 @@ pub(super) fn filtered(
     sum::weighted_mean(file, face, gathering.sum, gathering.weight)
 }
 
-/// A coordinate where the border's way of going on has a face; `None` where it is all black.
+/// A coordinate where the border's way of continuing has a face; `None` where it is all black.
 fn within(u: f32, border: Border) -> Option<f32> {
     match border {
         Border::Clamp => Some(u.clamp(0.0, 1.0)),

@@ -111,7 +111,7 @@ impl Ellipse {
         turned
     }
 
-    /// Is there no place with such heights?
+    /// Returns `true` if there is no place with such heights.
     fn is_empty(&self) -> bool {
         self.low.iter().sum::<f32>() >= 1.0 || self.high.iter().sum::<f32>() <= 1.0
     }

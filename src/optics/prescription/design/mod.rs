@@ -116,7 +116,7 @@ pub(super) struct DesignSurface {
     pub medium: Medium,
     /// Half the clear diameter; 0 where the file leaves it to the rays.
     pub semi_diameter: f64,
-    /// Was that given by hand, not by the rays of the design?
+    /// `true` if that was given by hand, not by the rays of the design.
     pub fixed_diameter: bool,
     pub aperture: Aperture,
     pub is_stop: bool,

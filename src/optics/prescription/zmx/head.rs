@@ -37,7 +37,7 @@ fn numbers(words: &[&str]) -> Vec<f64> {
 }
 
 impl Head {
-    /// May a line with this keyword stand behind surfaces, too?
+    /// Returns `true` if a line with this keyword may come after surfaces, too.
     pub(super) fn says_units(keyword: &str) -> bool {
         matches!(keyword, "MODE" | "UNIT")
     }

@@ -42,7 +42,7 @@ fn small_file(name: &str) -> std::path::PathBuf {
 #[test]
 fn the_small_files_are_the_writers() {
     for (name, writer) in small_files() {
-        // Compressed bytes may be others one day; what they stand for may not.
+        // Compressed bytes may be others one day; what they represent may not.
         let ours = format!("{:?}", file(&writer));
         let theirs =
             PtexFile::load(&small_file(name), &crate::budget::Budget::unlimited()).unwrap();

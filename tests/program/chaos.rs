@@ -1,16 +1,8 @@
 //! Chaos: renders that are killed, signalled, held up and continued at random, whole and in shards of random numbers and
 //! orders. Each must end in the bytes of one undisturbed process.
 //!
-//! It takes twelve seconds; `FSTOP_CHAOS_MINUTES=30 cargo test --release --test chaos -- --nocapture` takes thirty
+//! It takes twelve seconds; `FSTOP_CHAOS_MINUTES=30 cargo test --release --test program chaos -- --nocapture` takes thirty
 //! minutes and says what happened. `FSTOP_CHAOS_SEED` repeats a run's choices, though not its timing.
-
-#![cfg(unix)]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "a panic is an answer here"
-)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
