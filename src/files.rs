@@ -59,7 +59,7 @@ impl FileProblem {
 #[error("{message}")]
 pub struct FileError {
     message: String,
-    /// See [`FileProblem::is_failure`].
+    /// `true` if the same file might be read elsewhere or later: nothing is wrong with the scene.
     pub is_failure: bool,
 }
 

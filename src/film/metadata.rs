@@ -45,7 +45,7 @@ pub struct FilmMetadata {
     /// What the groups of its lights are called, where the image has a layer of each.
     #[serde(default)]
     pub light_groups: Vec<String>,
-    /// Luminance that the pixel value (1, 1, 1) stands for, cd/m²; `None` where the scene does not say.
+    /// Luminance that the pixel value (1, 1, 1) represents, cd/m²; `None` where the scene does not say.
     #[serde(default)]
     pub white_luminance: Option<f32>,
     /// Seed of the sampler.

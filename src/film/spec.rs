@@ -21,7 +21,7 @@ const MAX_PIXELS: usize = 1 << 28;
 /// | `cropwindow` | float×4 | 0 1 0 1 | x0 x1 y0 y1 as fractions of the image |
 /// | `diagonal` | float | 35 | mm, for the realistic camera |
 /// | `sensor` | string | the camera's | name of a [`SensorPreset`], whose pixels and size are the defaults; not in pbrt-v3 |
-/// | `whiteluminance` | float | none | cd/m² that the pixel value (1, 1, 1) stands for; written to the file; not in pbrt-v3 |
+/// | `whiteluminance` | float | none | cd/m² that the pixel value (1, 1, 1) represents; written to the file; not in pbrt-v3 |
 /// | `scale` | float | 1 | multiplies the finished pixel |
 /// | `maxsampleluminance` | float | infinite | brighter samples are scaled down to it |
 /// | `aov` | string list | none | [layers](super::Layer) of the image, each by itself or between commas; not in pbrt-v3 |
@@ -37,7 +37,7 @@ pub struct FilmSpec {
     pub diagonal_mm: f64,
     /// Factor applied to the finished pixel.
     pub scale: f32,
-    /// Luminance that the pixel value (1, 1, 1) stands for, cd/m², where the scene says so.
+    /// Luminance that the pixel value (1, 1, 1) represents, cd/m², where the scene says so.
     pub white_luminance: Option<f32>,
     /// Limit on a sample's luminance, before the camera's weight.
     pub max_sample_luminance: f32,

@@ -66,7 +66,7 @@ impl Names {
     }
 }
 
-/// What a name stands for: numbers of materials, of shapes that are in no object, and of instances.
+/// What a name means: numbers of materials, of shapes that are in no object, and of instances.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FocusTarget {
     /// Of these materials.

@@ -151,6 +151,7 @@ const LOOK: &str = "(() => { const wrong = []; const width = document.documentEl
   return { wrong, images: document.querySelectorAll('svg, img, canvas').length, dark: ground < 0.5 }; })()";
 
 /// A session, where there is a browser; else says so.
+#[allow(clippy::print_stdout, reason = "a test that is skipped says so")]
 fn session(folder: &Path) -> Option<Session> {
     let program = browser();
     if program.is_none() {
