@@ -162,6 +162,29 @@ impl Placement {
         self.camera_from_render.transform_point3(p.as_dvec3())
     }
 
+    /// The render-space point at the camera-space point `p`.
+    pub(super) fn placed(&self, p: DVec3) -> DVec3 {
+        self.render_from_camera.transform_point3(p)
+    }
+
+    /// The render-space unit normal of a surface with the normal `n` in camera space.
+    pub(super) fn normal(&self, n: DVec3) -> DVec3 {
+        let inverse = self.camera_from_render.transpose();
+        inverse.transform_vector3(n).normalize_or_zero()
+    }
+
+    /// The part of a render-space ray between the clip planes; `None` where its end is hidden.
+    pub(super) fn clipped(&self, ray: &Ray) -> Option<Ray> {
+        let (start, end) = { self.clip }.interval(self.point(ray.o).z, self.direction(ray.d).z);
+        let ends = ray.t_max.is_finite();
+        let is_seen = f64::from(ray.t_max) > start && (!ends || f64::from(ray.t_max) < end);
+        is_seen.then(|| Ray {
+            o: ray.o + ray.d * start as f32,
+            t_max: (f64::from(ray.t_max).min(end) - start) as f32,
+            ..*ray
+        })
+    }
+
     /// The camera-space direction of `d`; it does not keep its length.
     pub(super) fn direction(&self, d: Vec3) -> DVec3 {
         self.camera_from_render.transform_vector3(d.as_dvec3())

@@ -281,6 +281,8 @@ fn three_colored(p: &Prescription, film_distance: f64, stop: f64) -> Realistic {
         stop_shape: None,
         precision: Default::default(),
         bands: bands
+        ghosts: false,
+        coating: None,
             .map(|(wavelength, tint)| Band {
                 lens: lens(wavelength),
                 wavelength,

@@ -179,6 +179,12 @@ impl Realistic {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let lens = &self.spec.lens;
+        if self.spec.ghosts && !self.has_ghosts() {
+            warnings.push(
+                "there are no ghosts: they need the lens model `exact`, no `compat`, and a camera that no projection places"
+                    .to_string(),
+            );
+        }
         match lens.plane_of_focus() {
             // Some part of the film may well be in focus, or it is about to move.
             _ if self.tilted.is_some() || self.spec.autofocus.is_some() => {}
