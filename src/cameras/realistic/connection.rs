@@ -308,7 +308,7 @@ impl Realistic {
     }
 
     /// mm².
-    fn pixel_area(&self) -> f64 {
+    pub(super) fn pixel_area(&self) -> f64 {
         (self.per_pixel[0] * self.per_pixel[1]).abs()
     }
 

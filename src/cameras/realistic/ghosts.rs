@@ -183,3 +183,6 @@ fn sky(cap: &Cap, count: usize) -> impl Iterator<Item = LensRay<f64>> {
         Some(LensRay::new(y.to_array(), d.to_array()))
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,6 +8,8 @@
 
 mod table;
 
+#[cfg(test)]
+pub(crate) use table::parallel;
 pub use table::{GhostRow, GhostTable, table};
 
 use super::coating::{Boundary, Coating};

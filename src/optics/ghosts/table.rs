@@ -72,7 +72,7 @@ pub(super) fn rows(ghosts: &Ghosts, degrees: f64) -> Vec<GhostRow> {
 }
 
 /// Rays of a distant lamp over the clear aperture of the first surface, in the y-z plane.
-pub(super) fn parallel(ghosts: &Ghosts, degrees: f64) -> Vec<LensRay<f64>> {
+pub(crate) fn parallel(ghosts: &Ghosts, degrees: f64) -> Vec<LensRay<f64>> {
     let Some(front) = ghosts.lens.surfaces().first() else {
         return Vec::new();
     };

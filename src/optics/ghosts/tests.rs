@@ -262,3 +262,77 @@ fn a_coating_of_the_file_is_that_of_the_surface() {
     assert_eq!(rows_of(text(" coating=1.38@550"), Some("2@700")), by_option);
     assert_ne!(rows_of(text(""), None), by_option);
 }
+
+/// From the film as from the scene, for each color.
+#[test]
+fn light_keeps_the_same_both_ways() {
+    let lens = lens();
+    let colors = [611.0, 549.0, 465.0];
+    let ghosts = Ghosts::new(lens.clone(), "1.38@520".parse().ok()).at(colors);
+    let mut compared = 0;
+    for (x, y, degrees) in [(0.0, 0.5, 0.0), (2.0, -3.0, 4.0), (-4.0, 5.0, 9.0)] {
+        let there = ghosts.trace_direct(&ray(x, y, degrees)).unwrap();
+        let [x, y] = there.film;
+        let from = [x, y, lens.film_z()];
+        let back = LensRay::new(from, there.ray.d.map(|d| -d));
+        let found = ghosts.through(&back).unwrap();
+        for (a, b) in found.iter().zip(there.light) {
+            // The law is exact; the ray back is the same but for rounding.
+            assert!((a - b).abs() < 1e-12, "{found:?} {there:?}");
+            compared += 1;
+        }
+        // A layer for green loses red and blue.
+        assert!(found[1] > found[0] && found[1] > found[2], "{found:?}");
+    }
+    assert_eq!(compared, 9);
+}
+
+/// A gaussian stop dims a ghost at each of the three times that its light crosses it.
+#[test]
+fn an_image_of_the_stop_counts_at_each_crossing() {
+    let open = lens();
+    let shaped = open.clone().with_stop_shape(StopShape::Gaussian);
+    let [open, shaped] = [open, shaped].map(|lens| Ghosts::new(lens, None));
+    let ray = ray(0.5, 2.0, 1.0);
+    let dimming = |pair| {
+        let [a, b] = [&open, &shaped].map(|ghosts| ghosts.trace(&ray, pair).unwrap().light[0]);
+        b / a
+    };
+    // Both surfaces on one side of the stop, number 3, and on two.
+    let direct =
+        shaped.trace_direct(&ray).unwrap().light[0] / open.trace_direct(&ray).unwrap().light[0];
+    let (once, thrice) = (dimming((0, 2)), dimming((2, 4)));
+    assert!(
+        direct < 0.999 && once < 1.0 && thrice < once,
+        "{direct} {once} {thrice}"
+    );
+    assert!(
+        (shaped.through(&LensRay::new([0.0, 1.0, 80.0], [0.0, 0.0, -1.0])))
+            == open.through(&LensRay::new([0.0, 1.0, 80.0], [0.0, 0.0, -1.0]))
+    );
+}
+
+/// Light that comes from behind a fisheye's front vertex goes through it, and into its ghosts.
+#[test]
+fn light_from_beyond_a_right_angle_enters() {
+    let text = "20 20 1.6 39\ninf 10 1 39\n";
+    let lens = Lens::new(&Prescription::parse(text).unwrap(), 10.0).unwrap();
+    let ghosts = Ghosts::new(lens.clone(), None);
+    let (sin, cos) = 100f64.to_radians().sin_cos();
+    // To the front at 60 degrees from its axis.
+    let (y, z) = (
+        20.0 * 60f64.to_radians().sin(),
+        20.0 - 20.0 * 60f64.to_radians().cos(),
+    );
+    let ray = LensRay::new([0.0, y, z], [0.0, -sin, cos]);
+    let direct = ghosts.trace_direct(&ray);
+    let expected = lens.tracer().to_film(&ray);
+    assert_eq!(direct.is_some(), expected.is_ok());
+    let balance = ghosts.balance(&ray, 1e-9);
+    // Nothing is stopped before it has entered.
+    assert!(
+        balance.stopped < 1.0 && balance.returned > 0.05,
+        "{balance:?}"
+    );
+    assert!((balance.sum() - 1.0).abs() < 1e-12);
+}
