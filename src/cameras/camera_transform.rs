@@ -8,7 +8,7 @@ use crate::math::{DMat4, DVec3, Rgb, Vec3};
 use crate::optics::lanes::Lanes;
 use crate::optics::real::{Index, Number};
 use crate::optics::trace::LensRay;
-use glam::DVec4;
+use glam::{DMat3, DVec4};
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
@@ -169,8 +169,8 @@ impl Placement {
 
     /// The render-space unit normal of a surface with the normal `n` in camera space.
     pub(super) fn normal(&self, n: DVec3) -> DVec3 {
-        let inverse = self.camera_from_render.transpose();
-        inverse.transform_vector3(n).normalize_or_zero()
+        let inverse = DMat3::from_mat4(self.camera_from_render);
+        (inverse.transpose() * n).normalize_or_zero()
     }
 
     /// The part of a render-space ray between the clip planes; `None` where its end is hidden.

@@ -55,7 +55,7 @@ impl RealisticSpec {
     }
 
     /// The share of light along the axis that no surface reflects, at the d line; 1 if none does.
-    fn transmitted(&self) -> f64 {
+    pub(super) fn transmitted(&self) -> f64 {
         if !self.reflects() {
             return 1.0;
         }

@@ -38,6 +38,13 @@ impl Realistic {
                 self.main.model.kind()
             ));
         }
+        if let Some(ghosts) = &self.main.ghosts {
+            lines.push(format!(
+                "surfaces reflect: {:.1} % of the light on the axis is transmitted, and {} pairs of them make ghosts",
+                100.0 * spec.transmitted(),
+                ghosts.pairs().count()
+            ));
+        }
         if self.disperses() {
             let nanometers = |band: Option<&Band>| band.map_or(0.0, |b| 1000.0 * b.wavelength);
             lines.push(format!(

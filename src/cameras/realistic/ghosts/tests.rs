@@ -32,27 +32,31 @@ fn reflecting() -> RealisticSpec {
 struct Brought {
     light: f64,
     height: f64,
-    count: u32,
 }
 
-/// The mean over `count` samples of a distant lamp of irradiance 1 toward `wi`, by pairs.
+/// What a distant lamp of irradiance 1 toward `wi` brings by each pair, over `count` points of the first surface.
 fn of_lamp(camera: &Realistic, wi: Vec3, count: u32) -> Vec<Brought> {
     let sampling = camera.ghost_sampling.as_deref().unwrap();
     let mut all = vec![Brought::default(); sampling.pairs.len()];
     for i in 0..count {
-        // The three-dimensional R sequence (Roberts 2018).
+        // The two-dimensional R sequence (Roberts 2018).
         let r =
-            |k: i32| (0.5 + f64::from(i + 1) / 1.220_744_084_605_759_5f64.powi(k)).fract() as f32;
+            |k: i32| (0.5 + f64::from(i + 1) / 1.324_717_957_244_746_f64.powi(k)).fract() as f32;
         let entry = camera.ghost_entry(0.0, 0.5, Vec2::new(r(1), r(2))).unwrap();
-        let Some(landing) = camera.ghost(&entry, wi, r(3)) else {
-            continue;
-        };
-        let (pair, _, _) = sampling.choice.sample_discrete(r(3));
-        let light = f64::from(landing.importance.y) / f64::from(count);
-        let brought = &mut all[pair];
-        brought.light += light;
-        brought.height += light * camera.film_point(landing.raster)[1];
-        brought.count += 1;
+        let mut before = 0.0;
+        for (k, brought) in all.iter_mut().enumerate() {
+            // The middle of the numbers that draw it.
+            let probability = sampling.choice.probability(k);
+            let u = before + 0.5 * probability;
+            before += probability;
+            assert_eq!(sampling.choice.sample_discrete(u).0, k);
+            let Some(landing) = camera.ghost(&entry, wi, u) else {
+                continue;
+            };
+            let light = f64::from(landing.importance.y * probability) / f64::from(count);
+            brought.light += light;
+            brought.height += light * camera.film_point(landing.raster)[1];
+        }
     }
     for brought in &mut all {
         brought.height /= brought.light;
@@ -70,7 +74,7 @@ fn a_distant_lamps_ghosts_are_those_of_the_table() {
     let wi = Vec3::new(0.0, -sin as f32, cos as f32);
     let ghosts = Ghosts::new(camera.main.lens.clone(), None);
     let GhostTable { ghosts: rows, .. } = table(&ghosts, degrees);
-    let brought = of_lamp(&camera, wi, 1 << 19);
+    let brought = of_lamp(&camera, wi, 1 << 14);
     let radius = camera.main.lens.surfaces()[0].clear_radius();
     // Its picture: the share that arrives, of what falls on a disk across the axis.
     let all = parallel(&ghosts, degrees);
@@ -86,15 +90,11 @@ fn a_distant_lamps_ghosts_are_those_of_the_table() {
     for row in &rows {
         let pair = (row.surfaces[0] - 1, row.surfaces[1] - 1);
         let at = sampling.pairs.iter().position(|p| *p == pair).unwrap();
-        let Brought {
-            light,
-            height,
-            count,
-        } = brought[at];
+        let Brought { light, height } = brought[at];
         sums[0] += row.light;
         sums[1] += light / picture;
-        // Those of few samples or few of the table's rays are not known so well.
-        if count > 4000 && row.light > 1e-4 {
+        // Of the others the table has too few rays.
+        if row.light > 5e-4 {
             assert!(
                 (light / picture / row.light - 1.0).abs() < 0.01,
                 "{row:?} {}",
@@ -104,8 +104,8 @@ fn a_distant_lamps_ghosts_are_those_of_the_table() {
             compared += 1;
         }
     }
-    assert!(compared > 8, "{compared}");
-    // All of them: both sums have a thousand rays and more in each of their larger terms.
+    assert!(compared > 5, "{compared}");
+    // All of them: the table has some hundred rays at the edges of each ghost, which are the ones in doubt.
     assert!((sums[1] / sums[0] - 1.0).abs() < 0.005, "{sums:?}");
 }
 
