@@ -149,30 +149,27 @@ fn lamps_of_every_kind_have_the_same_ghosts() {
 /// A ball of glass, 20 mm wide, 2 mm behind a stop.
 const BALL: &str = "0 2 0 8\n10 20 1.5 20\n-10 10 1 20\n";
 
-/// Irradiance, at points so far from the axis, of the film behind a ball of glass in the scene that a lamp shines on through a hole: all that reflections
+/// Irradiance, at a point so far from the axis, mm, of the film behind a ball of glass in the scene that a lamp shines on through a hole: all that reflections
 /// and refractions of the ball bring. `whitted` follows both at each surface, so that there is no noise but where pixels sample an edge.
-fn behind_real_glass(radii: &[f64]) -> Vec<f64> {
-    let (side, fov) = (120, 110.0f64);
+fn behind_real_glass(r: f64) -> f64 {
+    let (side, fov) = (100, 110.0f64);
     let half = (0.5 * fov).to_radians().tan();
-    let at = |r: f64| {
-        let text = format!(
-            "LookAt {r} 0 -32  {r} 0 0  0 1 0 Camera \"perspective\" \"float fov\" {fov}\n\
+    let text = format!(
+        "LookAt {r} 0 -32  {r} 0 0  0 1 0 Camera \"perspective\" \"float fov\" {fov}\n\
              Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side} PixelFilter \"box\"\n\
-             Sampler \"stratified\" \"integer xsamples\" 2 \"integer ysamples\" 2 Integrator \"whitted\" \"integer maxdepth\" 7\n\
+             Sampler \"stratified\" \"integer xsamples\" 2 \"integer ysamples\" 2 Integrator \"whitted\" \"integer maxdepth\" 5\n\
              WorldBegin {LAMP}\n\
              Material \"matte\" \"rgb Kd\" [0 0 0] Shape \"disk\" \"float innerradius\" 4 \"float radius\" 900\n\
              Material \"glass\" \"float eta\" 1.5 Translate 0 0 -12 Shape \"sphere\" \"float radius\" 10 WorldEnd"
-        );
-        let film = expose(&job(&text, BALL, 1), TILE_SIZE, &Progress::hidden());
-        let pixel = 2.0 * half / f64::from(side);
-        let seen = film.pixels().iter().zip(0..).map(|(seen, i)| {
-            let [x, y] = [i % side, i / side].map(|k| pixel * (f64::from(k) + 0.5) - half);
-            // cos θ dω is cos⁴ θ per area at distance 1.
-            seen.mean().x * pixel * pixel / (1.0 + x * x + y * y).powi(2)
-        });
-        seen.sum()
-    };
-    radii.iter().map(|r| at(*r)).collect()
+    );
+    let film = expose(&job(&text, BALL, 1), TILE_SIZE, &Progress::hidden());
+    let pixel = 2.0 * half / f64::from(side);
+    let seen = film.pixels().iter().zip(0..).map(|(seen, i)| {
+        let [x, y] = [i % side, i / side].map(|k| pixel * (f64::from(k) + 0.5) - half);
+        // cos θ dω is cos⁴ θ per area at distance 1.
+        seen.mean().x * pixel * pixel / (1.0 + x * x + y * y).powi(2)
+    });
+    seen.sum()
 }
 
 /// Of radius 8 mm, 60 mm before the hole.
@@ -182,8 +179,12 @@ const LAMP: &str = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]
 /// The camera's ball has two surfaces and one pair, of which the scene's shows the same light: dimmed twice in the picture, and reflected twice beside it.
 #[test]
 fn a_ball_lens_shows_what_a_ball_of_glass_does() {
-    let radii: Vec<f64> = (0..16).map(|k| 0.5 * f64::from(k)).collect();
-    let real = behind_real_glass(&radii);
+    let real: Vec<f64> = { 0..=13 }
+        .map(|k| match k {
+            4..=8 => f64::NAN,
+            _ => behind_real_glass(0.5 * f64::from(k)),
+        })
+        .collect();
     let real_at = |r: f64| {
         let k = (2.0 * r).floor();
         let i = k as usize;
@@ -212,7 +213,7 @@ fn a_ball_lens_shows_what_a_ball_of_glass_does() {
         let _ = writeln!(report, "{from}-{to}: {sums:?}");
         sums
     };
-    let (middle, beside) = (ring(0.0, 1.5), ring(3.5, 6.5));
+    let (middle, beside) = (ring(0.0, 1.5), ring(4.5, 6.5));
     let off = (middle[0] + middle[1]) / middle[2] - 1.0;
     // 28 pixels of 1000 samples, whose scatter is about their mean: 0.6 %. Four such, with a real ball that is known to 0.3 %. Without the loss it would
     // be 8 % brighter.
