@@ -126,8 +126,8 @@ impl Realistic {
         let d = DVec3::new(d.x, d.y, -d.z);
         let (d, length) = (d.normalize(), d.length());
         let cosine = entry.n.dot(d);
-        // Also where it is not a number.
-        if !(cosine > 0.0) {
+        let enters = cosine > 0.0;
+        if !enters {
             return None;
         }
         let (pair, probability, _) = sampling.choice.sample_discrete(u);
