@@ -41,7 +41,7 @@ fn t_stop(folder: &Folder) -> (f64, f64) {
         .layer_data
         .attributes
         .other
-        .get(&"tStop".into())
+        .get(&exr::meta::attribute::Text::from("tStop"))
         .cloned();
     let Some(exr::meta::attribute::AttributeValue::F32(t_stop)) = t_stop else {
         panic!("{t_stop:?}");

@@ -131,7 +131,9 @@ fn lamps_of_every_kind_have_the_same_ghosts() {
             "AreaLightSource \"diffuse\" \"rgb L\" [{radiance} {radiance} {radiance}] Translate {x} 0 {z} Shape \"sphere\" \"float radius\" 20"
         ),
     ];
-    let found = lamps.map(|lamp| mean(&parts(job(&by_doublet(&lamp, ""), DOUBLET, 1))[0]).x);
+    let found = lamps
+        .each_ref()
+        .map(|lamp| mean(&parts(job(&by_doublet(lamp, ""), DOUBLET, 1))[0]).x);
     for light in found {
         // Lamps at 10 m are 0.6 % nearer to a lens of 12 mm than to its middle, and their light comes at other angles by 0.03 degrees; samples are the
         // same points for all.

@@ -204,19 +204,20 @@ impl Realistic {
             },
             Some(tilted) => tilted_reach(spec, tilted, [width, height], FILTER_REACH * pitch)?,
         };
-        let optics = |lens: &Lens, tint: Rgb, wavelengths: [f64; 3]| {
+        let optics = |lens: &Lens, tint: Rgb, nanometers: Option<f64>| {
             let mut optics = Optics::new(spec, lens, tint, &reach)?;
             if spec.reflects() {
-                optics.reflect(spec.coating, wavelengths);
+                let of_all = nanometers.map_or_else(bands::of_channels, |nm| [nm; 3]);
+                optics.reflect(spec.coating, of_all);
             }
             // Radiance over the squared index is what stays the same along a ray.
             optics.weight_scale = in_air * lens.rear().index.powi(2);
             Ok(optics)
         };
-        let of_band = |band: &Band| optics(&band.lens, band.tint, [1e3 * band.wavelength; 3]);
+        let of_band = |band: &Band| optics(&band.lens, band.tint, Some(1e3 * band.wavelength));
         let bands = spec.bands.iter().map(of_band);
         let transform = CameraTransform::new(render_from_camera, spec.clip);
-        let main = optics(lens, Rgb::ONE, bands::of_channels())?;
+        let main = optics(lens, Rgb::ONE, None)?;
         let one_by_one = spec.compat != Compat::None
             || spec.precision == Precision::Double
             || is_too_fine(lens)
