@@ -136,7 +136,13 @@ fn it_is_said_where_there_are_no_ghosts() {
         "{}",
         run.stderr
     );
-    let (run, _) = render(&format!("{ghosts} \"string coating\" \"thick\""), "");
+    let folder = Folder::new();
+    let scene = scene(
+        &folder,
+        &format!("{ghosts} \"string coating\" \"thick\""),
+        "",
+    );
+    let run = fstop(["render", &scene]);
     assert!(
         run.code != 0 && run.stderr.contains("expected INDEX@NM"),
         "{}",

@@ -153,25 +153,47 @@ const BALL: &str = "0 2 0 8\n10 20 1.5 20\n-10 10 1 20\n";
 
 /// Irradiance, at a point so far from the axis, mm, of the film behind a ball of glass in the scene that a lamp shines on through a hole: all that reflections
 /// and refractions of the ball bring. `whitted` follows both at each surface, so that there is no noise but where pixels sample an edge.
+///
+/// First with few rays, then with many where the lamp is seen: by two reflections it is smaller than a pixel.
 fn behind_real_glass(r: f64) -> f64 {
     let (side, fov) = (100, 110.0f64);
     let half = (0.5 * fov).to_radians().tan();
-    let text = format!(
-        "LookAt {r} 0 -32  {r} 0 0  0 1 0 Camera \"perspective\" \"float fov\" {fov}\n\
-             Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side} PixelFilter \"box\"\n\
-             Sampler \"stratified\" \"integer xsamples\" 2 \"integer ysamples\" 2 Integrator \"whitted\" \"integer maxdepth\" 5\n\
+    let pixel = 2.0 * half / f64::from(side);
+    let seen_in = |crop: [u32; 4], samples: u32| -> Vec<([u32; 2], f64)> {
+        let [x0, x1, y0, y1] = crop.map(|edge| f64::from(edge) / f64::from(side));
+        let text = format!(
+            "LookAt {r} 0 -32  {r} 0 0  0 1 0 Camera \"perspective\" \"float fov\" {fov}\n\
+             Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}\n\
+             \"float cropwindow\" [{x0} {x1} {y0} {y1}] PixelFilter \"box\" Integrator \"whitted\" \"integer maxdepth\" 5\n\
+             Sampler \"stratified\" \"integer xsamples\" {samples} \"integer ysamples\" {samples}\n\
              WorldBegin {LAMP}\n\
              Material \"matte\" \"rgb Kd\" [0 0 0] Shape \"disk\" \"float innerradius\" 4 \"float radius\" 900\n\
              Material \"glass\" \"float eta\" 1.5 Translate 0 0 -12 Shape \"sphere\" \"float radius\" 10 WorldEnd"
-    );
-    let film = expose(&job(&text, BALL, 1), TILE_SIZE, &Progress::hidden());
-    let pixel = 2.0 * half / f64::from(side);
-    let seen = film.pixels().iter().zip(0..).map(|(seen, i)| {
-        let [x, y] = [i % side, i / side].map(|k| pixel * (f64::from(k) + 0.5) - half);
+        );
+        let film = expose(&job(&text, BALL, 1), TILE_SIZE, &Progress::hidden());
+        let pixels = film.bounds().pixels().zip(film.pixels());
+        pixels
+            .map(|(at, seen)| (at.to_array(), seen.mean().x))
+            .collect()
+    };
+    let lit = seen_in([0, side, 0, side], 3).into_iter();
+    let lit: Vec<[u32; 2]> = lit
+        .filter(|(_, light)| *light > 0.0)
+        .map(|(at, _)| at)
+        .collect();
+    let ends = |axis: usize| {
+        let all = || lit.iter().map(|at| at[axis]);
+        let low = all().min().expect("the lamp is seen").saturating_sub(3);
+        [low, (all().max().expect("the lamp is seen") + 4).min(side)]
+    };
+    let ([x0, x1], [y0, y1]) = (ends(0), ends(1));
+    let seen = seen_in([x0, x1, y0, y1], 16).into_iter();
+    seen.map(|(at, light)| {
+        let [x, y] = at.map(|k| pixel * (f64::from(k) + 0.5) - half);
         // cos θ dω is cos⁴ θ per area at distance 1.
-        seen.mean().x * pixel * pixel / (1.0 + x * x + y * y).powi(2)
-    });
-    seen.sum()
+        light * pixel * pixel / (1.0 + x * x + y * y).powi(2)
+    })
+    .sum()
 }
 
 /// Of radius 8 mm, 60 mm before the hole.
@@ -226,8 +248,8 @@ fn a_ball_lens_shows_what_a_ball_of_glass_does() {
     // No picture there, but the ghost.
     assert_eq!(beside[1], 0.0);
     let off = beside[0] / beside[2] - 1.0;
-    // Some ten thousand samples land there; four and more reflections are 0.2 % of two.
-    assert!(beside[2] > 0.0 && off.abs() < 0.04, "{off}\n{report}");
+    // About four thousand of 400,000 samples land there: 1.6 %, and four times that. Four and more reflections are 0.2 % of two.
+    assert!(beside[2] > 0.0 && off.abs() < 0.065, "{off}\n{report}");
 }
 
 /// A room with a lamp, by camera paths alone and by paths from both ends.
