@@ -370,6 +370,8 @@ fn camera_set_up(bencher: divan::Bencher, name: &str) {
         precision: Default::default(),
         stop_shape: None,
         bands: Vec::new(),
+        ghosts: false,
+        coating: None,
         film_diagonal: None,
         shutter: Shutter::default(),
         shift: [0.0; 2],

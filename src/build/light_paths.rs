@@ -10,6 +10,8 @@ use crate::syntax::{Diagnostic, Diagnostics};
 const NOT_JOINED: &str = "light paths are joined to `perspective`, `orthographic`, `environment` and `realistic` cameras, but not with \
      `thick` and `thin` lens models, `compat` \"pbrt-v2\", a projection among the camera's transformations, or `samplepixelcenter`";
 
+const NO_GHOSTS: &str = "`sppm`, `ambientocclusion` and `samplepixelcenter` have none; the lens is as dark as its reflections make it";
+
 const GIVE_AREA: &str =
     "an `AreaLightSource` on a small shape instead of the light is found, with some noise";
 
@@ -18,8 +20,14 @@ const GIVE_AREA: &str =
 /// Another warning where paths are traced from the lights, but not joined to the camera.
 pub(super) fn warn(frame: &Frame, camera: Option<&Camera>, diagnostics: &Diagnostics) {
     let integrator = &frame.options.integrator;
-    let joined =
-        camera.is_none_or(Camera::connects) && super::filter(&frame.options).is_continuous();
+    let is_continuous = super::filter(&frame.options).is_continuous();
+    if camera.is_some_and(Camera::has_ghosts)
+        && !(is_continuous && integrator.spec.has_light_pass())
+    {
+        let warning = Diagnostic::warning("the image has no ghosts").with_help(NO_GHOSTS);
+        diagnostics.push(placed(warning, frame));
+    }
+    let joined = camera.is_none_or(Camera::connects) && is_continuous;
     if integrator.spec.traces_light()
         && !joined
         && let Some(light) = lost_light(frame, false)

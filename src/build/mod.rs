@@ -15,7 +15,7 @@ use crate::budget::Budget;
 use crate::cameras::{Camera, CameraError, FilmGeometry};
 use crate::film::{FilmMetadata, Layer, LightShare, PixelBounds};
 use crate::filters::Filter;
-use crate::integrators::Integrator;
+use crate::integrators::{GhostLight, Integrator};
 use crate::lights::Light;
 use crate::materials::{self, BsdfFiles, Material};
 use crate::math::transform::Transform;
@@ -183,6 +183,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         motion_times,
         world_from_render: place.inverted().point(DVec3::ZERO),
         light_share: LightShare(1.0),
+        ghosts: None,
     };
     prepare_light_paths(&mut job);
     Some(PreparedScene {
@@ -205,18 +206,23 @@ pub fn reset(job: &mut RenderJob, options: &Options, seed: u64) -> Result<(), Ca
     Ok(())
 }
 
-/// Makes what only paths from the lights need, or who asks where on the film a point is seen.
+/// Makes what only paths from the lights and ghosts need, or who asks where on the film a point is seen.
 fn prepare_light_paths(job: &mut RenderJob) {
     if job.integrator.begins_at_lights() {
         job.world.prepare_emission();
+    }
+    let (lit, radius) = (job.lit(), job.filter.radius());
+    let window = [lit.min.as_vec2() - radius, lit.max.as_vec2() + radius];
+    job.ghosts = None;
+    if job.camera.has_ghosts() && job.filter.is_continuous() {
+        job.camera.prepare_ghosts(window);
+        job.ghosts = GhostLight::new(&job.integrator, &job.world);
     }
     let assisted = job.may_be_assisted();
     let traces_light = assisted || job.traces_light();
     if !traces_light && job.motion_times.is_none() {
         return;
     }
-    let (lit, radius) = (job.lit(), job.filter.radius());
-    let window = [lit.min.as_vec2() - radius, lit.max.as_vec2() + radius];
     job.camera.prepare_connections(window);
     match assisted {
         true => job.consider_assistance(),

@@ -8,7 +8,7 @@ use crate::math::{DMat4, DVec3, Rgb, Vec3};
 use crate::optics::lanes::Lanes;
 use crate::optics::real::{Index, Number};
 use crate::optics::trace::LensRay;
-use glam::DVec4;
+use glam::{DMat3, DVec4};
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
@@ -160,6 +160,29 @@ impl Placement {
     /// The camera-space point at `p`.
     pub(super) fn point(&self, p: Vec3) -> DVec3 {
         self.camera_from_render.transform_point3(p.as_dvec3())
+    }
+
+    /// The render-space point at the camera-space point `p`.
+    pub(super) fn placed(&self, p: DVec3) -> DVec3 {
+        self.render_from_camera.transform_point3(p)
+    }
+
+    /// The render-space unit normal of a surface with the normal `n` in camera space.
+    pub(super) fn normal(&self, n: DVec3) -> DVec3 {
+        let inverse = DMat3::from_mat4(self.camera_from_render);
+        (inverse.transpose() * n).normalize_or_zero()
+    }
+
+    /// The part of a render-space ray between the clip planes; `None` where its end is hidden.
+    pub(super) fn clipped(&self, ray: &Ray) -> Option<Ray> {
+        let (start, end) = { self.clip }.interval(self.point(ray.o).z, self.direction(ray.d).z);
+        let ends = ray.t_max.is_finite();
+        let is_seen = f64::from(ray.t_max) > start && (!ends || f64::from(ray.t_max) < end);
+        is_seen.then(|| Ray {
+            o: ray.o + ray.d * start as f32,
+            t_max: (f64::from(ray.t_max).min(end) - start) as f32,
+            ..*ray
+        })
     }
 
     /// The camera-space direction of `d`; it does not keep its length.

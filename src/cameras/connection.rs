@@ -25,7 +25,7 @@
 
 use super::camera_transform::Placement;
 use super::realistic::Traced;
-use super::{BUNDLE, Camera, CameraRay, CameraSample};
+use super::{BUNDLE, Camera, CameraRay, CameraSample, GhostEntry};
 use crate::math::ray::Ray;
 use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
 use crate::surface::ReferencePoint;
@@ -156,6 +156,35 @@ impl Camera {
         }
         out.clear();
         out.extend(aims.iter().take(BUNDLE).map(|aim| self.land(aim)));
+    }
+
+    /// Returns `true` if it makes ghosts: a `realistic` one that is asked to, and that light paths can be joined to.
+    pub fn has_ghosts(&self) -> bool {
+        matches!(self, Camera::Realistic(c) if c.has_ghosts())
+    }
+
+    /// Gets ready for ghosts that land between these two corners, in raster coordinates. Some hundredths of a second.
+    pub fn prepare_ghosts(&mut self, window: [Vec2; 2]) {
+        if let Camera::Realistic(c) = self {
+            c.prepare_ghosts(window);
+        }
+    }
+
+    /// Draws a point by `u` where light enters the lens at `time`, to become a ghost; `None` if this camera makes none, or is not ready.
+    pub fn ghost_entry(&self, time: f32, wavelength: f32, u: Vec2) -> Option<GhostEntry> {
+        match self {
+            Camera::Realistic(c) => c.ghost_entry(time, wavelength, u),
+            Camera::Projective(_) | Camera::Environment(_) => None,
+        }
+    }
+
+    /// Where light lands that comes to `entry` from the unit direction `wi`, by one pair of reflections that is drawn by `u`: radiance
+    /// counts for [`Landing::importance`] over the density per solid angle of `wi`, without another cosine.
+    pub fn ghost(&self, entry: &GhostEntry, wi: Vec3, u: f32) -> Option<Landing> {
+        match self {
+            Camera::Realistic(c) => c.ghost(entry, wi, u),
+            Camera::Projective(_) | Camera::Environment(_) => None,
+        }
     }
 
     /// From where on the film the render-space point at the first of `ends` is seen at the first of these times to where the second is at the second:

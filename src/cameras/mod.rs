@@ -31,7 +31,7 @@ pub use kinds::{Camera, CameraSpec};
 pub use projective::{Projective, ProjectiveSpec};
 #[cfg(any(test, feature = "internals"))]
 pub use realistic::{Band, Exposure, Form, Weighting, pbrt_pupil_box};
-pub use realistic::{Compat, Precision, Realistic, RealisticSpec};
+pub use realistic::{Compat, GhostEntry, Precision, Realistic, RealisticSpec};
 pub use screen::Screen;
 pub use shutter::Shutter;
 pub use thin_lens::ThinLens;
@@ -154,6 +154,11 @@ impl CameraSpec {
         if let CameraSpec::Realistic(spec) = self {
             spec.compat = compat;
         }
+    }
+
+    /// Returns `true` if it is asked for ghosts.
+    pub fn has_ghosts(&self) -> bool {
+        matches!(self, CameraSpec::Realistic(spec) if spec.ghosts)
     }
 
     /// Chooses what rays are made with (`--lens-model`); only `realistic` has a choice.

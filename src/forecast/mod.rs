@@ -146,7 +146,8 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
 fn may_trace_light(frame: &Frame) -> bool {
     let spec = &frame.options.integrator.spec;
     let mut materials = frame.materials.iter();
-    spec.traces_light() || spec.may_be_assisted() && materials.any(Material::may_focus)
+    let ghosts = frame.options.camera.has_ghosts() && spec.has_light_pass();
+    ghosts || spec.traces_light() || spec.may_be_assisted() && materials.any(Material::may_focus)
 }
 
 /// What the stages consist of, in bytes.

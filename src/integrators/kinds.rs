@@ -108,6 +108,11 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(_) => $Type::PHOTONS,)* }
             }
 
+            /// Returns `true` if the image is of light, and light may be added to it that is traced otherwise.
+            pub fn has_light_pass(&self) -> bool {
+                self.path().is_some() && !self.gathers_photons()
+            }
+
             pub(super) fn light_paths(
                 &self,
                 job: &LightJob,

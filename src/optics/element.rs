@@ -228,18 +228,18 @@ impl<B: Plain> Element<B> {
         }
     }
 
-    /// Both ways that light goes from a surface, with z relative to its vertex; `None` where the ray misses it or its rim blocks.
+    /// Both ways that light of the direction `d` goes from where it meets the surface; `None` where it does not, or the rim blocks.
     pub(super) fn split<T: Real<Base = B>>(
         &self,
-        ray: &LensRay<T>,
+        crossing: &Crossing<T>,
+        d: [T; 3],
         toward: Toward,
     ) -> Option<Split<T>> {
-        let crossing = self.cross(ray, toward, true);
         if !(crossing.met && crossing.inside) {
             return None;
         }
         let o = crossing.ray.o;
-        let (normal, d) = (self.normal(o), ray.d);
+        let normal = self.normal(o);
         let along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
         let back = std::array::from_fn(|axis| d[axis] - (along + along) * normal[axis]);
         Some(Split {

@@ -3,8 +3,8 @@
 //! The f-number is the focal length over the diameter of the entrance pupil: Gaussian optics of the stop alone. The T-number is that of
 //! a lens that loses nothing and is as bright in the middle of the film, focused at infinity: 1/(2 n' sin u') of the widest real ray
 //! there, over the root of what a shaped stop lets through (Ray, *Applied Photographic Optics*, 3rd edition, chapter 20). Where a rim in
-//! front of the stop is the narrower, or the lens has spherical aberration of its pupils, they differ. Glass absorbs and reflects nothing
-//! here, so neither does the T-number know of that.
+//! front of the stop is the narrower, or the lens has spherical aberration of its pupils, they differ. Glass absorbs nothing
+//! here, and what it reflects is the caller's to count.
 
 use super::analysis::illumination::effective_f_number;
 use super::bisection::bisect;

@@ -112,6 +112,11 @@ impl Lens {
         }
     }
 
+    /// What the stop is shaped like, if not round.
+    pub(super) fn stop_shape(&self) -> Option<&StopShape> {
+        self.stop_shape.as_ref()
+    }
+
     /// The part of the light that the stop's shape lets through along the line from the film point (x, y) mm through `pupil`:
     /// 1 for a round stop. Exact rays take polygons into account themselves.
     pub fn stop_transmission(&self, film: [f64; 2], pupil: [f64; 3]) -> f64 {

@@ -9,7 +9,7 @@
 //! Lens coordinates: millimeters, origin at the vertex of the first (scene-side) surface, z toward
 //! the film. Light runs toward +z; rays from the film run toward −z.
 
-use super::element::{Crossing, Element, Toward};
+use super::element::{Crossing, Element, Split, Toward};
 use super::real::{Dual, Index, Mask, Number, Plain, Real};
 use super::stop_shape::StopPolygon;
 use super::surface::Surface;
@@ -153,20 +153,13 @@ impl<B: Plain> LensTracer<B> {
         mut ray: LensRay<T>,
         mut goes_on: impl FnMut(usize, &Crossing<T>) -> bool,
     ) -> LensRay<T> {
-        let (ends, last) = (
-            surfaces.start + surfaces.end,
-            self.elements.len().saturating_sub(1),
-        );
+        let ends = surfaces.start + surfaces.end;
         for k in surfaces {
-            // The surface, and the one whose thickness is the way to it from the last.
-            let (i, gap) = match toward {
-                Toward::Film => (k, k.checked_sub(1)),
-                Toward::Scene => (ends - 1 - k, Some(ends - 1 - k).filter(|i| *i < last)),
+            let i = match toward {
+                Toward::Film => k,
+                Toward::Scene => ends - 1 - k,
             };
-            if let Some(gap) = gap {
-                let thickness = self.elements[gap].thickness;
-                ray.o[2] = ray.o[2].plus(-thickness * toward.sign());
-            }
+            self.approach(i, toward, &mut ray);
             let crossing = self.elements[i].cross(&ray, toward, clip);
             if !goes_on(i, &crossing) {
                 break;
@@ -193,9 +186,42 @@ impl<B: Plain> LensTracer<B> {
         blocked.map_or(Ok(ray), Err)
     }
 
-    /// Surface number `i`, ready to be met.
-    pub(super) fn element(&self, i: usize) -> Option<&Element<B>> {
-        self.elements.get(i)
+    /// Makes z relative to the vertex of surface `i`, of a ray on its way there whose z is relative to the vertex before it; where there is
+    /// none before it, to that of the surface itself.
+    #[inline(always)]
+    fn approach<T: Number<Base = B>>(&self, i: usize, toward: Toward, ray: &mut LensRay<T>) {
+        let last = self.elements.len().saturating_sub(1);
+        // The surface whose thickness is the way.
+        let gap = match toward {
+            Toward::Film => i.checked_sub(1),
+            Toward::Scene => Some(i).filter(|i| *i < last),
+        };
+        if let Some(gap) = gap {
+            let thickness = self.elements[gap].thickness;
+            ray.o[2] = ray.o[2].plus(-thickness * toward.sign());
+        }
+    }
+
+    /// Both ways on from surface `i` of a ray on its way there, z relative to the vertex before it and then to that of the surface; `None`
+    /// where the ray ends in front of it. One that `enters` comes from the scene, z relative to the first vertex, and may come from behind that.
+    pub(super) fn split<T: Real<Base = B>>(
+        &self,
+        i: usize,
+        toward: Toward,
+        enters: bool,
+        mut ray: LensRay<T>,
+    ) -> Option<Split<T>> {
+        let element = self.elements.get(i)?;
+        if enters && ray.d[2].at_most(B::ZERO) {
+            return element.split(&element.enter_from_behind(&ray), ray.d, toward);
+        }
+        self.approach(i, toward, &mut ray);
+        element.split(&element.cross(&ray, toward, true), ray.d, toward)
+    }
+
+    /// Unit normal of the first surface at its point `p`, leaning toward the film.
+    pub(super) fn front_normal(&self, p: [B; 3]) -> Option<[B; 3]> {
+        Some(self.elements.first()?.normal(p))
     }
 
     /// Where a ray from the film meets surface `target`, (x, y) mm; `None` where it ends before or there, by apertures too if `clip`.

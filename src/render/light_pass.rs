@@ -4,6 +4,9 @@
 //! A pixel's light is the mean over its own camera samples plus the mean over all light paths of what they bring to it.
 //! Paths are shared by all pixels; how many there are for each camera sample is what a pilot pass has found to pay. The two parts are independent: each of
 //! them may have any number without a bias.
+//!
+//! Where the lens makes ghosts, each path has a sample of these besides ([`GhostLight`](crate::integrators::GhostLight)), whether the integrator
+//! traces any light itself or not.
 
 use super::{Progress, RenderJob};
 use crate::film::{PixelBounds, SplatBuffer, Splats};
@@ -32,6 +35,11 @@ impl RenderJob {
         self.film.pixel_bounds().intersection(self.sampled)
     }
 
+    /// Returns `true` if there is a light pass: of paths from the lights, or of ghosts.
+    pub fn has_splats(&self) -> bool {
+        self.traces_light() || self.ghosts.is_some()
+    }
+
     /// Light paths for each sample of a pixel, all of which share them; 0 if none are traced. Weights of multiple importance
     /// sampling are made with it whatever the real numbers are.
     pub(super) fn paths_per_sample(&self) -> f32 {
@@ -41,9 +49,17 @@ impl RenderJob {
         }
     }
 
-    /// Number of light paths of an image with `spp` samples in every pixel.
+    /// The same where only ghosts may be traced, too, of which weights know nothing.
+    fn splats_per_sample(&self) -> f32 {
+        match self.has_splats() {
+            true => self.lit().area() as f32 * self.light_share.0,
+            false => 0.0,
+        }
+    }
+
+    /// Number of light paths of an image with `spp` samples in every pixel; each has a sample of ghosts, if there are any.
     pub fn light_paths(&self, spp: u32) -> u64 {
-        match self.traces_light() {
+        match self.has_splats() {
             true => { self.light_share }.paths(self.lit().area() as u64 * u64::from(spp)),
             false => 0,
         }
@@ -69,14 +85,14 @@ impl RenderJob {
     /// The power of two of what a path is expected to bring to the pixel that it comes to: the light of P paths, one for
     /// each pixel, where lights of power Φ shine on surfaces as large as the square of the scene's radius.
     pub fn splat_scale(&self) -> Option<i32> {
-        if !self.traces_light() {
+        if !self.has_splats() {
             return None;
         }
         let (_, radius) = self.world.geometry.bounds().bounding_sphere();
         let lights = self.world.sampled_lights().iter();
         let powers = lights.map(|light| f64::from(luminance(light.power(radius))));
         let power: f64 = powers.sum();
-        let brought = power / f64::from(radius).powi(2) * f64::from(self.paths_per_sample());
+        let brought = power / f64::from(radius).powi(2) * f64::from(self.splats_per_sample());
         let is_number = brought.is_normal() && brought > 0.0;
         // The exponent as it is stored: a logarithm may differ from machine to machine.
         Some(if is_number {
@@ -162,7 +178,7 @@ impl Worker<'_> {
     }
 
     fn new_buffer(&self) -> SplatBuffer {
-        let most = self.job.film.max_sample_luminance * self.job.paths_per_sample();
+        let most = self.job.film.max_sample_luminance * self.job.splats_per_sample();
         SplatBuffer::new(self.job.lit(), most, self.job.film.layers.lights() > 0)
     }
 
@@ -212,13 +228,21 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Traces paths one after the other.
 fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut SplatBuffer) {
-    let end = run.end;
+    let (end, ghosts) = (run.end, run.clone());
     let paths = run.map(|path| (path, sampler.light_stream(path)));
     let splat = &mut |splat: Splat| {
         let layer = job.world.light_layer(Some(splat.light));
         buffer.push(splat.path, splat.pixel, splat.value, layer);
     };
-    job.integrator.light_paths(&job.light_job(), paths, splat);
+    let light_job = job.light_job();
+    if job.traces_light() {
+        job.integrator.light_paths(&light_job, paths, splat);
+    }
+    if let Some(light) = &job.ghosts {
+        for path in ghosts {
+            light.splat(&light_job, path, &mut sampler.ghost_stream(path), splat);
+        }
+    }
     buffer.reach(end);
 }
 

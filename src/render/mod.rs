@@ -37,7 +37,7 @@ use crate::film::{
 };
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{CameraEnd, CameraPath, Counts, Integrator, WAVE, Workspace};
+use crate::integrators::{CameraEnd, CameraPath, Counts, GhostLight, Integrator, WAVE, Workspace};
 use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
@@ -80,6 +80,8 @@ pub struct RenderJob {
     pub sampled: PixelBounds,
     /// Light paths for each camera sample, where any are traced: see [`RenderJob::run_pilot_pass`].
     pub light_share: LightShare,
+    /// Where the camera's lens makes ghosts: their light.
+    pub ghosts: Option<GhostLight>,
 }
 
 /// Renders the image on the current rayon pool, with variances of independent samples or without; if it is stopped, as much of
@@ -90,7 +92,7 @@ pub fn render(job: &RenderJob, tile_size: u32, variance: bool, progress: &Progre
     } else {
         Kept::Color
     };
-    if job.traces_light() || job.integrator.photons(&job.world).is_some() {
+    if job.has_splats() || job.integrator.photons(&job.world).is_some() {
         return expose(job, tile_size, progress).developed(kept);
     }
     let developed = Mutex::new(Developed::new(&job.film, kept));

@@ -59,7 +59,7 @@ pub struct Progressive {
 /// of well-distributed samples; if it is stopped, as much of it as was done.
 pub fn render_halves(job: &RenderJob, tile_size: u32, progress: &Progress) -> Progressive {
     let samplers = [0, 1].map(|half| job.sampler.half_of_samples(half));
-    if !job.traces_light() {
+    if !job.has_splats() {
         let (film, dropped) = render_in_two(job, &samplers, tile_size, progress);
         let first = dropped.into_iter().zip(samplers);
         let sampled = job.film.pixel_bounds().intersection(job.sampled);
@@ -126,7 +126,7 @@ pub fn render_until(
         // There may be light of later passes in it already.
         let error = halves
             .judged(goal, number)
-            .filter(|_| known.is_none() || !job.traces_light());
+            .filter(|_| known.is_none() || !job.has_splats());
         progress.pass_done(number, halves.spp(), error);
         if let Some(ended) = halves.reached(goal, error) {
             return passes.finish(number, ended);
@@ -137,7 +137,7 @@ pub fn render_until(
             rate * left.as_secs_f64() * PART_OF_TIME
         });
         let plan = || halves.plan(goal, error, affordable);
-        let is_kept = deadline.is_some() || job.traces_light();
+        let is_kept = deadline.is_some() || job.has_splats();
         let next = match progress.journal().filter(|_| is_kept) {
             Some(journal) => planned_once(journal, number, halves, goal, plan),
             None => plan(),

@@ -211,6 +211,9 @@ const MIN_HALVED: u32 = 4;
 /// Sets the streams of light paths apart from those of pixels.
 const LIGHT: u64 = 0x6c69_6768_7470_6174;
 
+/// Sets those of ghosts apart from both.
+const GHOST: u64 = 0x6768_6f73_746c_6967;
+
 /// Bits of a light path's number within a sequence.
 const PATHS_OF_SEQUENCE: u32 = 32;
 
@@ -221,7 +224,16 @@ impl Sampler {
     /// are not. They are Owen-scrambled whatever the pixels' are: there are no strata for a number that is not known in
     /// advance, and random points made the caustic of a mirror twice as noisy (variance, `census/spot_mirrorpanel_bdpt`).
     pub fn light_stream(&self, number: u64) -> SampleStream {
-        let seed = mix2(mix2(self.seed, LIGHT), number >> PATHS_OF_SEQUENCE);
+        self.stream_without_pixel(LIGHT, number)
+    }
+
+    /// The same of a ghost's sample.
+    pub fn ghost_stream(&self, number: u64) -> SampleStream {
+        self.stream_without_pixel(GHOST, number)
+    }
+
+    fn stream_without_pixel(&self, salt: u64, number: u64) -> SampleStream {
+        let seed = mix2(mix2(self.seed, salt), number >> PATHS_OF_SEQUENCE);
         SampleStream::Sobol(SobolStream::new(seed, number as u32))
     }
 }

@@ -238,7 +238,7 @@ impl Frame {
         }
         // Last, so that no checkpoint gives way to a render that never starts.
         let identity = about.identity(&scene_options.film, options);
-        let (journal, replaced) = journal(&identity, options, scene.job.traces_light())
+        let (journal, replaced) = journal(&identity, options, scene.job.has_splats())
             .map_err(|error| Problems::one_if(error.to_string(), error.is_failure()))?;
         Ok(Prepared {
             identity,
@@ -354,7 +354,7 @@ fn see_nothing(film: &film::FilmSpec) -> Result<(), String> {
 fn journal(
     identity: &Arc<dyn Fn() -> Identity + Send + Sync>,
     options: &RenderOptions,
-    traces_light: bool,
+    has_splats: bool,
 ) -> Result<(Option<Journal>, Vec<String>), CheckpointError> {
     let Some(checkpoint) = &options.checkpoint else {
         return Ok((None, Vec::new()));
@@ -364,7 +364,7 @@ fn journal(
         identity,
         facts: None,
         // Passes that the clock has planned are continued only if all of them are known; so are those with light paths.
-        after: match options.time.is_some() || traces_light && options.goal().is_some() {
+        after: match options.time.is_some() || has_splats && options.goal().is_some() {
             true => Duration::ZERO,
             false => checkpoint.after,
         },

@@ -210,7 +210,7 @@ impl Prepared {
             let ranges =
                 (0..pass.len()).map(|half| division.light(shard, half, pass, job.light_share));
             let counts = ranges.map(|range| range.end - range.start);
-            counts.filter(|_| job.traces_light()).sum()
+            counts.filter(|_| job.has_splats()).sum()
         };
         let all = passes.iter().map(|pass| samples(pass) + paths(pass)).sum();
         let stop = self.options.stop.as_deref();

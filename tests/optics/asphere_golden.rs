@@ -281,6 +281,8 @@ fn three_colored(p: &Prescription, film_distance: f64, stop: f64) -> Realistic {
         model: Default::default(),
         stop_shape: None,
         precision: Default::default(),
+        ghosts: false,
+        coating: None,
         bands: bands
             .map(|(wavelength, tint)| Band {
                 lens: lens(wavelength),

@@ -35,6 +35,8 @@ pub(crate) fn spec(text: &str, stop: f64, film_distance: Option<f64>, form: Form
         precision: Default::default(),
         stop_shape: None,
         bands: Vec::new(),
+        ghosts: false,
+        coating: None,
         film_diagonal: None,
         shutter: Shutter::default(),
         shift: [0.0; 2],

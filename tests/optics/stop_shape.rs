@@ -42,6 +42,8 @@ impl Setup {
             pupil_sampling: PupilSampling::default(),
             model: self.model,
             bands: Vec::new(),
+            ghosts: false,
+            coating: None,
             precision: self.precision,
             stop_shape,
             film_diagonal: None,

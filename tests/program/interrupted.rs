@@ -14,6 +14,8 @@ const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// Paths from the lights, too, which end anywhere on the film.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
+/// Ghosts of a lens, which do so, too.
+const GHOSTS: &str = "tests/scenes/valid/ghosts.pbrt";
 
 fn arguments<'a>(scene: &'a str, output: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["render", scene, "-o", output, "--variance"], more].concat()
@@ -87,9 +89,13 @@ fn so_does_one_with_an_error_goal() {
 
 #[test]
 fn so_do_those_with_paths_from_the_lights() {
-    for goal in [["--spp", "40"], ["--error", "9%"]] {
-        let [undisturbed, killed] = undisturbed_and_killed(BOTH_ENDS, &goal);
-        assert!(undisturbed == killed, "{goal:?}");
+    for (scene, goal) in [
+        (BOTH_ENDS, ["--spp", "40"]),
+        (BOTH_ENDS, ["--error", "9%"]),
+        (GHOSTS, ["--spp", "400"]),
+    ] {
+        let [undisturbed, killed] = undisturbed_and_killed(scene, &goal);
+        assert!(undisturbed == killed, "{scene} {goal:?}");
     }
 }
 

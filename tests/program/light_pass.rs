@@ -14,10 +14,13 @@ use std::path::Path;
 /// A ball of glass with its caustic, and one of chalk.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
 
-fn bytes(folder: &Folder, options: &[&str]) -> Vec<u8> {
+/// A path tracer's image with the ghosts of a lens.
+const GHOSTS: &str = "tests/scenes/valid/ghosts.pbrt";
+
+fn bytes(folder: &Folder, scene: &str, options: &[&str]) -> Vec<u8> {
     let output = folder.path("a.exr");
     let name = output.display().to_string();
-    let run = fstop([&["render", BOTH_ENDS, "-o", &name, "--variance"], options].concat());
+    let run = fstop([&["render", scene, "-o", &name, "--variance"], options].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
     std::fs::read(output).expect("the image")
 }
@@ -25,14 +28,19 @@ fn bytes(folder: &Folder, options: &[&str]) -> Vec<u8> {
 #[test]
 fn threads_and_tiles_change_no_byte_of_them() {
     let folder = Folder::new();
-    for goal in [["--spp", "6"], ["--error", "25%"]] {
+    for (scene, goal) in [
+        (BOTH_ENDS, ["--spp", "6"]),
+        (BOTH_ENDS, ["--error", "25%"]),
+        (GHOSTS, ["--spp", "40"]),
+        (GHOSTS, ["--error", "40%"]),
+    ] {
         let ways: [&[&str]; 3] = [
             &["--threads", "1"],
             &["--threads", "2", "--tile-size", "1000"],
             &["--threads", "5", "--tile-size", "7"],
         ];
-        let all = ways.map(|way| bytes(&folder, &[way, &goal[..]].concat()));
-        assert!(all[0] == all[1] && all[0] == all[2], "{goal:?}");
+        let all = ways.map(|way| bytes(&folder, scene, &[way, &goal[..]].concat()));
+        assert!(all[0] == all[1] && all[0] == all[2], "{scene} {goal:?}");
     }
 }
 

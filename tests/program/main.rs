@@ -22,6 +22,7 @@ mod exit_codes;
 mod farm;
 mod files_within;
 mod focusing;
+mod ghosts;
 mod interrupted;
 mod layers;
 mod lens_files;

@@ -14,6 +14,8 @@ const GAUSS: &str = "tests/scenes/reference/realistic_dgauss50_full.pbrt";
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// Paths from the lights, too, which end anywhere on the film.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
+/// Ghosts of a lens, which do so, too.
+const GHOSTS: &str = "tests/scenes/valid/ghosts.pbrt";
 
 fn render(scene: &str, output: &Path, more: &[&str]) -> Run {
     let output = output.display().to_string();
@@ -110,18 +112,23 @@ fn shards_are_merged_to_the_bits_of_the_whole() {
 fn light_paths_are_merged_to_the_bits_of_the_whole() {
     let folder = Folder::new();
     let [reference, output, merged] = ["r.exr", "a.exr", "m.exr"].map(|name| folder.path(name));
-    for (more, of) in [
-        (&["--spp", "9", "--crop", "0.2,0.9,0.1,0.8"][..], 4),
-        (&["--spp", "1"], 7),
+    for (scene, more, of) in [
+        (
+            BOTH_ENDS,
+            &["--spp", "9", "--crop", "0.2,0.9,0.1,0.8"][..],
+            4,
+        ),
+        (BOTH_ENDS, &["--spp", "1"], 7),
+        (GHOSTS, &["--spp", "30"], 3),
     ] {
         let whole = [more, &["--variance", "--no-checkpoint"]].concat();
-        let run = render(BOTH_ENDS, &reference, &whole);
+        let run = render(scene, &reference, &whole);
         assert_eq!(run.code, 0, "{}", run.stderr);
         let more = [more, &["--variance"]].concat();
-        shards(BOTH_ENDS, &output, &format!("1-{of}/{of}"), &more);
+        shards(scene, &output, &format!("1-{of}/{of}"), &more);
         let run = merge(&files(&folder, of), &merged, &["--variance"]);
         assert_eq!(run.code, 0, "{}", run.stderr);
-        assert!(bytes(&reference) == bytes(&merged), "{more:?}");
+        assert!(bytes(&reference) == bytes(&merged), "{scene} {more:?}");
     }
     let seven = files(&folder, 7);
     let whole = bytes(&seven[3]);

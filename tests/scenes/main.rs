@@ -18,6 +18,7 @@ mod course;
 mod fourier;
 #[path = "../fuzzing/mod.rs"]
 mod fuzzing;
+mod ghosts;
 mod laws;
 mod measured;
 mod mixed_interiors;

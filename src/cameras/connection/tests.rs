@@ -368,6 +368,8 @@ pub(super) fn traced(prescription: &Prescription, focus: f64, form: Form) -> Rea
         precision: Precision::Single,
         stop_shape: None,
         bands: Vec::new(),
+        ghosts: false,
+        coating: None,
         film_diagonal: None,
         shift: [0.0; 2],
         tilt: [0.0; 2],

@@ -77,6 +77,17 @@ fn spectrum(count: usize) -> Vec<(f64, Rgb)> {
     bands.into_iter().map(finished).collect()
 }
 
+/// The wavelength in the middle of what each channel shows of a spectrum of equal energy, nm.
+pub(super) fn of_channels() -> [f64; 3] {
+    let sensitivity = sensitivity();
+    std::array::from_fn(|c| {
+        let weights = sensitivity.iter().map(|s| s[c]);
+        let nanometers = (0..).map(|i| f64::from(FIRST_WAVELENGTH) + f64::from(i));
+        let weighted = weights.clone().zip(nanometers).map(|(w, nm)| w * nm);
+        weighted.sum::<f64>() / weights.sum::<f64>()
+    })
+}
+
 /// How much of each channel of a spectrum of equal energy a nanometer contributes.
 fn sensitivity() -> Vec<[f64; 3]> {
     let rgb = |[x, y, z]: &[f64; 3]| {

@@ -80,12 +80,7 @@ impl Realistic {
 
     /// Finds out where to aim from the scene for light to land between these corners, in raster coordinates.
     pub(in super::super) fn prepare_connections(&mut self, window: [Vec2; 2]) {
-        let corners = window.map(|corner| self.film_point(corner));
-        let ends = |pick: fn(f64, f64) -> f64| [0, 1].map(|i| pick(corners[0][i], corners[1][i]));
-        let window = FilmWindow {
-            low: ends(f64::min),
-            high: ends(f64::max),
-        };
+        let window = self.window(window);
         let lens = &self.spec.lens;
         let on_flat = self.tilted.as_ref().map_or(window, |tilted| {
             tilted.window_on_flat([window.low, window.high], lens)
@@ -106,10 +101,28 @@ impl Realistic {
                 entrance,
                 window,
                 tracers,
-                one_by_one: fine || self.spec.precision == Precision::Double,
+                one_by_one: fine
+                    || self.spec.precision == Precision::Double
+                    || self.main.ghosts.is_some(),
                 lens_from_camera: camera_from_lens(&self.spec).inverse(),
             })
         });
+    }
+
+    /// The film between two corners in raster coordinates.
+    pub(super) fn window(&self, corners: [Vec2; 2]) -> FilmWindow {
+        let corners = corners.map(|corner| self.film_point(corner));
+        let ends = |pick: fn(f64, f64) -> f64| [0, 1].map(|i| pick(corners[0][i], corners[1][i]));
+        FilmWindow {
+            low: ends(f64::min),
+            high: ends(f64::max),
+        }
+    }
+
+    /// The raster coordinates of a film point.
+    pub(super) fn raster(&self, film: [f64; 2]) -> Vec2 {
+        let raster = (DVec2::from(film) - DVec2::from(self.corner)) / DVec2::from(self.per_pixel);
+        raster.as_vec2()
     }
 
     /// See [`crate::cameras::Camera::aim`].
@@ -251,10 +264,9 @@ impl Realistic {
             let solid_angle = self.projected_solid_angle(film, &PupilSample { point, area });
             traced.scale / (solid_angle * self.pixel_area() * optics.lens.rear().index.powi(2))
         });
-        let raster = (DVec2::from(film) - DVec2::from(self.corner)) / DVec2::from(self.per_pixel);
         let landing = Landing {
-            raster: raster.as_vec2(),
-            importance: importance as f32 * optics.tint,
+            raster: self.raster(film),
+            importance: importance as f32 * optics.tint(landed.film, point)?,
             density: density as f32,
         };
         let finite = landing.importance.is_finite() && landing.density.is_finite();
@@ -291,22 +303,26 @@ impl Realistic {
     }
 
     /// Per étendue in the scene, mm², of a pixel.
-    fn importance(&self, optics: &Optics) -> f64 {
+    pub(super) fn importance(&self, optics: &Optics) -> f64 {
         optics.weight_scale / (optics.lens.rear().index.powi(2) * self.pixel_area())
     }
 
     /// mm².
-    fn pixel_area(&self) -> f64 {
+    pub(super) fn pixel_area(&self) -> f64 {
         (self.per_pixel[0] * self.per_pixel[1]).abs()
     }
 
     /// Area in mm² across the direction `d` of lens coordinates, per area in render space.
-    fn area_across(&self, placement: &Placement, d: DVec3) -> f64 {
-        let camera_unit: f64 = match self.spec.form {
+    pub(super) fn area_across(&self, placement: &Placement, d: DVec3) -> f64 {
+        placement.area_across(DVec3::new(d.x, d.y, -d.z)) * self.camera_unit().powi(2)
+    }
+
+    /// Of camera space, mm.
+    pub(super) fn camera_unit(&self) -> f64 {
+        match self.spec.form {
             Form::Course => 1.0,
             Form::Pbrt3 => 1e3,
-        };
-        placement.area_across(DVec3::new(d.x, d.y, -d.z)) * camera_unit.powi(2)
+        }
     }
 }
 

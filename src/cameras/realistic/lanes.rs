@@ -105,7 +105,7 @@ impl Maker<'_> {
                     time: self.camera.spec.shutter.time(self.samples[*i].time),
                 },
                 weight: optics.weight_scale as f32 * made.projected_solid_angle.0[lane],
-                tint: optics.tint,
+                tint: optics.band_tint,
                 differentials: made.differentials(lane),
             });
         }

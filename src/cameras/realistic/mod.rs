@@ -38,6 +38,9 @@
 //! dispersion formulas; see [`Band`]. The pupil, the model and the weight are those of the wavelength, the film
 //! stays where the d line has it.
 //!
+//! `"bool ghosts"` (false): surfaces reflect. The image lacks what they do, and has the ghosts of lamps and sky; `"string coating"`, such as
+//! `1.38@550`, is on those of which the lens file says none (`ghosts`).
+//!
 //! In both the scene lies on +z and the image is upright. The course form is recognized by any of its
 //! own names. Sources: Kolb, Mitchell and Hanrahan, "A Realistic Camera Model for Computer Graphics",
 //! SIGGRAPH 1995; Pharr, Jakob and Humphreys, 3rd edition, §6.4.
@@ -46,6 +49,7 @@ mod autofocus;
 mod bands;
 mod connection;
 mod exposure;
+mod ghosts;
 mod lanes;
 mod optics;
 mod params;
@@ -62,6 +66,7 @@ pub(super) use autofocus::Autofocus;
 pub use bands::Band;
 pub(super) use connection::Traced;
 pub use exposure::Exposure;
+pub use ghosts::GhostEntry;
 pub use spec::{Compat, Form, Precision, RealisticSpec, Weighting};
 
 use super::blur::{Blur, Line};
@@ -76,6 +81,7 @@ use crate::optics::{Lens, LensRay};
 use crate::syntax::Span;
 use arrayvec::ArrayVec;
 use connection::Connections;
+use ghosts::GhostSampling;
 use optics::{FILTER_REACH, FilmReach, Optics, PupilTarget, is_too_fine};
 use pbrt_pupil_box::innermost_box_area;
 use tilted::TiltedFilm;
@@ -99,6 +105,7 @@ pub struct Realistic {
     blur: Blur,
     /// Once they are asked for.
     connections: Option<Box<Connections>>,
+    ghost_sampling: Option<Box<GhostSampling>>,
 }
 
 impl Realistic {
@@ -197,20 +204,26 @@ impl Realistic {
             },
             Some(tilted) => tilted_reach(spec, tilted, [width, height], FILTER_REACH * pitch)?,
         };
-        let optics = |lens: &Lens, tint: Rgb| {
+        let optics = |lens: &Lens, tint: Rgb, nanometers: Option<f64>| {
             let mut optics = Optics::new(spec, lens, tint, &reach)?;
+            if spec.reflects() {
+                let of_all = nanometers.map_or_else(bands::of_channels, |nm| [nm; 3]);
+                optics.reflect(spec.coating, of_all);
+            }
             // Radiance over the squared index is what stays the same along a ray.
             optics.weight_scale = in_air * lens.rear().index.powi(2);
             Ok(optics)
         };
-        let bands = spec.bands.iter().map(|band| optics(&band.lens, band.tint));
+        let of_band = |band: &Band| optics(&band.lens, band.tint, Some(1e3 * band.wavelength));
+        let bands = spec.bands.iter().map(of_band);
         let transform = CameraTransform::new(render_from_camera, spec.clip);
-        let main = optics(lens, Rgb::ONE)?;
+        let main = optics(lens, Rgb::ONE, None)?;
         let one_by_one = spec.compat != Compat::None
             || spec.precision == Precision::Double
             || is_too_fine(lens)
             || tilted.is_some()
-            || main.stop_mask.is_some();
+            || main.stop_mask.is_some()
+            || main.ghosts.is_some();
         let mut camera = Realistic {
             blur: Blur::default(),
             placing: if one_by_one {
@@ -227,6 +240,7 @@ impl Realistic {
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
             tilted,
             connections: None,
+            ghost_sampling: None,
             spec: spec.clone(),
         };
         camera.blur = camera.first_order_blur().unwrap_or_default();
@@ -305,7 +319,7 @@ impl Realistic {
         Some(CameraRay {
             ray: self.transform.ray(&self.camera_ray(&ray), time),
             weight: (optics.weight_scale * transmission * solid_angle) as f32,
-            tint: optics.tint,
+            tint: optics.tint(from, pupil.point)?,
             differentials,
         })
     }

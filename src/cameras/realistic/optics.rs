@@ -4,6 +4,8 @@ use super::{Compat, RealisticSpec};
 use crate::cameras::CameraError;
 use crate::math::sampling::concentric_disk;
 use crate::math::{Rgb, Vec2};
+use crate::optics::coating::Coating;
+use crate::optics::ghosts::Ghosts;
 use crate::optics::models::{LensModel, ModelKind};
 use crate::optics::pupil::{ExitPupil, PupilSample, RINGS, TiltedPupil, sampling_plane};
 use crate::optics::{Lens, StopShape};
@@ -35,8 +37,10 @@ pub(super) struct Optics {
     pub(super) model: LensModel,
     /// The lens with its shaped stop, where rays need to be weighed by it: by an image, or because the model traces none.
     pub(super) stop_mask: Option<Box<Lens>>,
-    /// See [`crate::cameras::CameraRay::tint`].
-    pub(super) tint: Rgb,
+    /// See [`crate::cameras::CameraRay::tint`]; without what surfaces reflect.
+    pub(super) band_tint: Rgb,
+    /// The lens with its shaped stop, if its surfaces reflect.
+    pub(super) ghosts: Option<Box<Ghosts>>,
     /// Weight over projected solid angle at the film.
     pub(super) weight_scale: f64,
 }
@@ -49,7 +53,7 @@ impl Optics {
     pub(super) fn new(
         spec: &RealisticSpec,
         lens: &Lens,
-        tint: Rgb,
+        band_tint: Rgb,
         reach: &FilmReach,
     ) -> Result<Optics, CameraError> {
         let sampling = spec.pupil_sampling;
@@ -77,9 +81,27 @@ impl Optics {
             tilted,
             model,
             stop_mask,
-            tint,
+            band_tint,
+            ghosts: None,
             weight_scale: 1.0,
         })
+    }
+
+    /// Lets surfaces reflect light of these wavelengths, nm; see [`Ghosts::new`].
+    pub(super) fn reflect(&mut self, coating: Option<Coating>, wavelengths: [f64; 3]) {
+        let lens = { self.stop_mask.as_deref() }.unwrap_or(self.model.lens());
+        let ghosts = Ghosts::new(lens.clone(), coating).at(wavelengths);
+        self.ghosts = Some(Box::new(ghosts));
+    }
+
+    /// See [`crate::cameras::CameraRay::tint`], for the line from the film point through `pupil`; `None` where surfaces that reflect let no
+    /// light through.
+    pub(super) fn tint(&self, film: [f64; 2], pupil: [f64; 3]) -> Option<Rgb> {
+        let Some(ghosts) = &self.ghosts else {
+            return Some(self.band_tint);
+        };
+        let light = ghosts.through(&self.lens.film_ray(film, pupil))?;
+        Some(self.band_tint * Rgb::from(light.map(|share| share as f32)))
     }
 
     /// Part of the light of a ray that a shaped stop lets pass, where the model does not see to that.

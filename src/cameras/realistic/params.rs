@@ -4,7 +4,9 @@ use super::autofocus::{LensMaker, Stop, Wish, wish};
 use super::stop_shape;
 use super::{Autofocus, Band, Compat, Exposure, Form, Precision, RealisticSpec, Weighting};
 use crate::cameras::{CameraChoices, Clip, Shutter};
+use crate::optics::coating::Coating;
 use crate::optics::f_number::{ApertureError, ApertureNumber};
+use crate::optics::ghosts::Ghosts;
 use crate::optics::models::ModelKind;
 use crate::optics::prescription::positions::PositionError;
 use crate::optics::pupil::PupilSampling;
@@ -57,7 +59,14 @@ impl RealisticSpec {
         let tilt = tilt(params);
         let stop_shape = stop_shape::from_params(params);
         let light = stop_shape.as_ref().map_or(1.0, StopShape::light);
-        let number = |params: &ParamReader| number(params, light, choices.f_number);
+        let (ghosts, coating) = (params.boolean("ghosts", false), coating(params));
+        let number = |params: &ParamReader, prescription: &Prescription| {
+            let number = number(params, light, choices.f_number)?;
+            Some(match ghosts {
+                true => number.of_reflecting(prescription, coating),
+                false => number,
+            })
+        };
         let (prescription, mut maker) = prescription(params, form, number)?;
         let wish = wish(params, choices.focus_point);
         let lens = lens(params, form, &prescription)?;
@@ -99,6 +108,8 @@ impl RealisticSpec {
             precision,
             stop_shape,
             bands,
+            ghosts,
+            coating,
             film_diagonal,
             shift,
             tilt,
@@ -177,7 +188,7 @@ fn given<'n>(params: &ParamReader, names: [&'n str; 2]) -> &'n str {
 fn prescription(
     params: &ParamReader,
     form: Form,
-    number: impl Fn(&ParamReader) -> Option<Number>,
+    number: impl Fn(&ParamReader, &Prescription) -> Option<Number>,
 ) -> Option<(Prescription, LensMaker)> {
     // The form's own name first.
     let name = |[course, pbrt3]: [&'static str; 2]| match form {
@@ -206,7 +217,7 @@ fn prescription(
         Err(e @ PositionError::NoZoom) => params.warn("zoom", e.to_string()),
         Err(e) => params.error("zoom", e.to_string()),
     }
-    let number = number(params);
+    let number = number(params, &prescription);
     let maker = LensMaker {
         prescription: unmoved,
         zoom,
@@ -244,6 +255,61 @@ const OPTION: &str = "--f-number";
 struct Number {
     name: &'static str,
     number: ApertureNumber,
+}
+
+impl Number {
+    /// The same of a lens whose surfaces reflect, as these are or with this coating: a T-number knows of that. What they let through depends a little on the
+    /// stop.
+    fn of_reflecting(self, prescription: &Prescription, coating: Option<Coating>) -> Number {
+        /// What is transmitted varies by some percent from pinhole to open, and the stop with a half of that: each round gains two digits.
+        const ROUNDS: usize = 4;
+        let ApertureNumber::T {
+            number,
+            transmission: light,
+        } = self.number
+        else {
+            return self;
+        };
+        let mut found = self.number;
+        for _ in 0..ROUNDS {
+            let mut stopped = prescription.clone();
+            if let Ok(diameter) = found.diameter(prescription) {
+                stopped.set_stops(diameter);
+            }
+            // Wherever the film is.
+            let Ok(lens) = Lens::new(&stopped, 1.0) else {
+                return self;
+            };
+            let [transmitted, ..] = Ghosts::new(lens, coating).transmitted();
+            if transmitted <= 0.0 {
+                return self;
+            }
+            let transmission = light * transmitted;
+            found = ApertureNumber::T {
+                number,
+                transmission,
+            };
+        }
+        Number {
+            number: found,
+            ..self
+        }
+    }
+}
+
+/// What is on surfaces of which the lens file says nothing.
+fn coating(params: &ParamReader) -> Option<Coating> {
+    let text = params.string("coating", "");
+    if text.is_empty() {
+        return None;
+    }
+    if !params.boolean("ghosts", false) {
+        params.warn(
+            "coating",
+            "without \"bool ghosts\" no surface reflects, and a coating changes nothing",
+        );
+    }
+    text.parse().map_err(|e| params.error("coating", e)).ok()
 }
 
 /// The requested f-number or T-number; `light` is what the stop's shape lets through.

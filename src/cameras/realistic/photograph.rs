@@ -8,6 +8,7 @@ use crate::optics::StopShape;
 use crate::optics::analysis::Film;
 use crate::optics::depth_of_field::depth_of_field;
 use crate::optics::f_number::{t_number, working_number};
+use crate::optics::ghosts::Ghosts;
 
 /// Millimeters to meters, of what is finite.
 fn meters(mm: f64) -> Option<f64> {
@@ -36,6 +37,7 @@ impl RealisticSpec {
         let circle = Film { width, height }.circle_of_confusion();
         let depth = depth_of_field(lens, lens.film_distance(), circle);
         let light = self.stop_shape.as_ref().map_or(1.0, StopShape::light);
+        let light = light * self.transmitted();
         let plane = match self.sharp_plane() {
             None => lens.plane_of_focus().map(|z| lens.film_z() - z),
             // Where it meets the axis.
@@ -65,6 +67,15 @@ impl RealisticSpec {
             pixel_pitch: 1e3 * width / f64::from(film.resolution.x),
             sensor_offset: self.shift.map(|mm| 0.0 - 1e3 * mm),
         }
+    }
+
+    /// The share of light along the axis that no surface reflects, at the d line; 1 if none does.
+    pub(super) fn transmitted(&self) -> f64 {
+        if !self.reflects() {
+            return 1.0;
+        }
+        let [transmitted, ..] = Ghosts::new(self.lens.clone(), self.coating).transmitted();
+        transmitted
     }
 
     /// The lens without its film.

@@ -38,6 +38,13 @@ impl Realistic {
                 self.main.model.kind()
             ));
         }
+        if let Some(ghosts) = &self.main.ghosts {
+            lines.push(format!(
+                "surfaces reflect: {:.1} % of the light on the axis is transmitted, and {} pairs of them make ghosts",
+                100.0 * spec.transmitted(),
+                ghosts.pairs().count()
+            ));
+        }
         if self.disperses() {
             let nanometers = |band: Option<&Band>| band.map_or(0.0, |b| 1000.0 * b.wavelength);
             lines.push(format!(
@@ -185,6 +192,12 @@ impl Realistic {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let lens = &self.spec.lens;
+        if self.spec.ghosts && !self.has_ghosts() {
+            warnings.push(
+                "there are no ghosts: they need the lens model `exact`, no `compat`, and a camera that no projection places"
+                    .to_string(),
+            );
+        }
         match lens.plane_of_focus() {
             // Some part of the film may well be in focus, or it is about to move.
             _ if self.tilted.is_some() || self.spec.autofocus.is_some() => {}

@@ -3,6 +3,7 @@
 use super::tilted::TiltedFilm;
 use super::{Autofocus, Band, Exposure};
 use crate::cameras::{Clip, FilmGeometry, Shutter};
+use crate::optics::coating::Coating;
 use crate::optics::focus::{SharpPlane, sharp_plane};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
@@ -76,6 +77,10 @@ pub struct RealisticSpec {
     pub stop_shape: Option<StopShape>,
     /// The bands of the spectrum that rays are traced in; none: all at the d line.
     pub bands: Vec<Band>,
+    /// Do surfaces reflect, so that there are ghosts?
+    pub ghosts: bool,
+    /// What is on surfaces between air and glass of which the lens file says nothing.
+    pub coating: Option<Coating>,
     /// Film diagonal in mm that overrides the film's own (`filmdiag`).
     pub film_diagonal: Option<f64>,
     /// How far the lens is moved across the film's middle, mm: positive to the right and up, and the image shows what lies there.
@@ -93,6 +98,11 @@ pub struct RealisticSpec {
 }
 
 impl RealisticSpec {
+    /// Do surfaces reflect? Only where rays are traced through them.
+    pub(super) fn reflects(&self) -> bool {
+        self.ghosts && self.model == ModelKind::Exact && self.compat == Compat::None
+    }
+
     /// The diagonal that counts, mm.
     pub fn diagonal(&self, film: &FilmGeometry) -> f64 {
         self.film_diagonal.unwrap_or(film.diagonal_mm)

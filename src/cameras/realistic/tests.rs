@@ -29,6 +29,8 @@ pub(super) fn double_gauss() -> RealisticSpec {
         precision: Default::default(),
         stop_shape: None,
         bands: Vec::new(),
+        ghosts: false,
+        coating: None,
         film_diagonal: None,
         shift: [0.0; 2],
         tilt: [0.0; 2],

@@ -264,7 +264,7 @@ fn describe(args: &LensArgs, path: &Path) -> Result<(String, Option<String>), Fa
         return Ok((text, part));
     }
     if let Some(degrees) = output.ghosts {
-        let table = ghosts::table(&Ghosts::new(&bench.lens, output.coating), degrees);
+        let table = ghosts::table(&Ghosts::new(bench.lens.clone(), output.coating), degrees);
         let text = match output.json {
             true => serde_json::to_string_pretty(&table).map_err(|e| e.to_string())?,
             false => table.to_string(),

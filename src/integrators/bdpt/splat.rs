@@ -4,11 +4,11 @@
 use super::light_path::{LightTracer, LightVertex};
 use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
-use crate::film::PixelBounds;
 use crate::handles::{LightId, MediumId};
+use crate::integrators::landing::{for_pixels, reaches_film};
 use crate::integrators::volpath::transmittance;
 use crate::integrators::{LightJob, Splat};
-use crate::math::{Rgb, UVec2, Vec2, color::is_black};
+use crate::math::{Rgb, Vec2, color::is_black};
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
 
@@ -162,41 +162,5 @@ fn bring(
     let reach = job.filter.radius().max_element();
     for copy in job.camera.raster_copies(landing.raster, reach) {
         bring_to(copy);
-    }
-}
-
-/// Whether any pixel's filter may reach the film point, as it is or around the edge of the image.
-fn reaches_film(job: &LightJob, raster: Vec2) -> bool {
-    let PixelBounds { min, max } = job.bounds;
-    let reach = job.filter.radius();
-    let inside = raster.cmpge(min.as_vec2() - reach) & raster.cmple(max.as_vec2() + reach);
-    inside.all()
-        || !job
-            .camera
-            .raster_copies(raster, reach.max_element())
-            .is_empty()
-}
-
-/// The pixels that count whose filter reaches the film point, with the filter's value and the density of their samples there.
-fn for_pixels(job: &LightJob, raster: Vec2, mut visit: impl FnMut(UVec2, f32, f32)) {
-    let radius = job.filter.radius();
-    let PixelBounds { min, max } = job.bounds;
-    // Pixel j's center is at j + ½.
-    let low = (raster - radius - 0.5).ceil().max(min.as_vec2());
-    let high = (raster + radius - 0.5).floor().min(max.as_vec2() - 1.0);
-    let valid = low.cmple(high).all();
-    if !valid {
-        return;
-    }
-    let (low, high) = (low.as_uvec2(), high.as_uvec2());
-    for y in low.y..=high.y {
-        for x in low.x..=high.x {
-            let pixel = UVec2::new(x, y);
-            let offset = raster - pixel.as_vec2() - 0.5;
-            let (density, weight) = job.filter.at(offset);
-            if density > 0.0 {
-                visit(pixel, density * weight, density);
-            }
-        }
     }
 }

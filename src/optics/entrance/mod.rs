@@ -17,7 +17,7 @@ mod table;
 mod tests;
 mod view;
 
-use self::cap::Cap;
+pub use self::cap::Cap;
 use self::survey::Survey;
 use self::table::{Region, Slab};
 use self::view::View;

@@ -35,24 +35,20 @@ pub struct GhostTable {
     /// Of the light on the axis that no rim and no stop blocks: the share that no surface reflects. Glass absorbs nothing.
     pub transmitted: f64,
     /// The T-number with that: the f-number of a lens without reflections and with the same light in the middle of the film. `None` where
-    /// no light gets there. Renders, whose lenses do not reflect, are brighter.
+    /// no light gets there. That of renders with `"bool ghosts"`; others, whose lenses do not reflect, are brighter.
     pub t_number: Option<f64>,
     /// The ghosts, the brightest by area first; those that no ray makes are left out.
     pub ghosts: Vec<GhostRow>,
 }
 
-/// Of a lamp at infinity, `degrees` off the axis.
+/// Of a lamp at infinity, `degrees` off the axis, at the first of the wavelengths.
 #[must_use]
 pub fn table(ghosts: &Ghosts, degrees: f64) -> GhostTable {
-    let lights: Vec<f64> = { parallel(ghosts, 0.0).into_iter() }
-        .filter_map(|ray| ghosts.trace_direct(&ray))
-        .map(|(_, light)| light)
-        .collect();
-    let transmitted = lights.iter().sum::<f64>() / lights.len().max(1) as f64;
+    let [transmitted, ..] = ghosts.transmitted();
     GhostTable {
         transmitted,
         // Rays that are even in the entrance pupil are so in the squared sine at the film, as far as Abbe's sine condition holds.
-        t_number: working_number(ghosts.lens, transmitted).filter(|_| transmitted > 0.0),
+        t_number: working_number(&ghosts.lens, transmitted).filter(|_| transmitted > 0.0),
         ghosts: rows(ghosts, degrees),
     }
 }
@@ -65,7 +61,7 @@ pub(super) fn rows(ghosts: &Ghosts, degrees: f64) -> Vec<GhostRow> {
     let rays = parallel(ghosts, degrees);
     let direct: f64 = { rays.iter() }
         .filter_map(|ray| ghosts.trace_direct(ray))
-        .map(|(_, light)| light)
+        .map(|arrival| arrival.light[0])
         .sum();
     let mut rows: Vec<GhostRow> = ghosts
         .pairs()
@@ -76,7 +72,7 @@ pub(super) fn rows(ghosts: &Ghosts, degrees: f64) -> Vec<GhostRow> {
 }
 
 /// Rays of a distant lamp over the clear aperture of the first surface, in the y-z plane.
-fn parallel(ghosts: &Ghosts, degrees: f64) -> Vec<LensRay<f64>> {
+pub(crate) fn parallel(ghosts: &Ghosts, degrees: f64) -> Vec<LensRay<f64>> {
     let Some(front) = ghosts.lens.surfaces().first() else {
         return Vec::new();
     };
@@ -100,6 +96,7 @@ fn row(
     let hits: Vec<_> = rays
         .iter()
         .filter_map(|ray| ghosts.trace(ray, pair))
+        .map(|arrival| (arrival.film, arrival.light[0]))
         .collect();
     let light: f64 = hits.iter().map(|(_, light)| light).sum();
     if light <= 0.0 || direct <= 0.0 {

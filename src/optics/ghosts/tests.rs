@@ -22,7 +22,7 @@ fn ray(x: f64, y: f64, degrees: f64) -> LensRay<f64> {
 #[test]
 fn every_two_surfaces_that_reflect_make_a_ghost() {
     let lens = lens();
-    let pairs: Vec<_> = Ghosts::new(&lens, None).pairs().collect();
+    let pairs: Vec<_> = Ghosts::new(lens.clone(), None).pairs().collect();
     assert_eq!(pairs.len(), 7 * 6 / 2);
     // The stop reflects nothing.
     assert!(pairs.iter().all(|&(i, j)| i < j && i != 3 && j != 3));
@@ -95,7 +95,7 @@ fn brute_force(lens: &Lens, ray: &LensRay<f64>, turns: &[usize]) -> Option<[f64;
 #[test]
 fn ghosts_are_where_brute_force_has_them() {
     let lens = lens();
-    let ghosts = Ghosts::new(&lens, None);
+    let ghosts = Ghosts::new(lens.clone(), None);
     let mut compared = 0;
     for pair in ghosts.pairs() {
         for (x, y, degrees) in [
@@ -105,7 +105,7 @@ fn ghosts_are_where_brute_force_has_them() {
             (1.0, 8.0, -3.0),
         ] {
             let ray = ray(x, y, degrees);
-            let found = ghosts.trace(&ray, pair).map(|(p, _)| p);
+            let found = ghosts.trace(&ray, pair).map(|arrival| arrival.film);
             let expected = brute_force(&lens, &ray, &[pair.1, pair.0]);
             assert_eq!(found.is_some(), expected.is_some(), "{pair:?} {ray:?}");
             if let (Some(a), Some(b)) = (found, expected) {
@@ -125,7 +125,7 @@ fn ghosts_are_where_brute_force_has_them() {
 #[test]
 fn ghosts_are_sharp_where_paraxial_rays_meet() {
     let lens = lens();
-    let ghosts = Ghosts::new(&lens, None);
+    let ghosts = Ghosts::new(lens.clone(), None);
     let mut compared = 0;
     for row in rows(&ghosts, 0.0) {
         let pair = (row.surfaces[0] - 1, row.surfaces[1] - 1);
@@ -138,8 +138,8 @@ fn ghosts_are_sharp_where_paraxial_rays_meet() {
         };
         let prescription = Prescription::parse(LENS).unwrap();
         let there = Lens::new(&prescription, lens.film_distance() + focus).unwrap();
-        let moved = Ghosts::new(&there, None);
-        let ([_, y], _) = moved.trace(&ray(0.0, 1e-3, 0.0), pair).unwrap();
+        let moved = Ghosts::new(there.clone(), None);
+        let [_, y] = moved.trace(&ray(0.0, 1e-3, 0.0), pair).unwrap().film;
         // A micrometer from the axis aberrations are 1e-9 of it, times up to 1e4 mm of way and 1e-3 mm of height.
         assert!(y.abs() < 1e-8 * (1.0 + focus.abs()), "{row:?}: {y}");
         compared += 1;
@@ -153,7 +153,7 @@ fn no_light_is_lost_or_made() {
     let lens = lens();
     let coating = "1.38@550".parse().ok();
     for coating in [None, coating] {
-        let ghosts = Ghosts::new(&lens, coating);
+        let ghosts = Ghosts::new(lens.clone(), coating);
         let mut all = Balance::default();
         for (x, y, degrees) in [
             (0.0, 0.5, 0.0),
@@ -171,14 +171,16 @@ fn no_light_is_lost_or_made() {
             // Two reflections are what there is of ghosts, but for those with four and more, each of 4 to 6 %: 1e-5 of the light.
             let twice: f64 = { ghosts.pairs() }
                 .filter_map(|pair| ghosts.trace(&ray, pair))
-                .map(|(_, light)| light)
+                .map(|arrival| arrival.light[0])
                 .sum();
             assert!(twice <= balance.ghosts + 1e-12);
             assert!(
                 balance.ghosts - twice < 0.1 * balance.ghosts + 1e-5,
                 "{twice} {balance:?}"
             );
-            let direct = ghosts.trace_direct(&ray).map_or(0.0, |(_, light)| light);
+            let direct = ghosts
+                .trace_direct(&ray)
+                .map_or(0.0, |arrival| arrival.light[0]);
             assert!((direct - balance.transmitted).abs() < 1e-15);
         }
         assert!(
@@ -193,7 +195,7 @@ fn no_light_is_lost_or_made() {
 fn coatings_take_ghosts_away() {
     let lens = lens();
     let sum = |coating| {
-        let ghosts = Ghosts::new(&lens, coating);
+        let ghosts = Ghosts::new(lens.clone(), coating);
         rows(&ghosts, 0.0).iter().map(|row| row.light).sum::<f64>()
     };
     let (bare, coated) = (sum(None), sum("1.38@550".parse().ok()));
@@ -208,9 +210,9 @@ fn coatings_take_ghosts_away() {
 fn a_plates_ghost_is_known() {
     let plate = Prescription::parse("inf 4 1.5 40\ninf 10 1 40\n").unwrap();
     let lens = Lens::new(&plate, 10.0).unwrap();
-    let ghosts = Ghosts::new(&lens, None);
+    let ghosts = Ghosts::new(lens.clone(), None);
     let ray = ray(0.0, 0.0, 10.0);
-    let (p, light) = ghosts.trace(&ray, (0, 1)).unwrap();
+    let Arrival { film: p, light, .. } = ghosts.trace(&ray, (0, 1)).unwrap();
     let sine = 10.0f64.to_radians().sin() / 1.5;
     let inside = sine / (1.0 - sine * sine).sqrt();
     let expected = 12.0 * inside + 10.0 * 10.0f64.to_radians().tan();
@@ -221,7 +223,7 @@ fn a_plates_ghost_is_known() {
         coating: None,
     }
     .reflectance(10.0f64.to_radians().cos(), D_LINE);
-    assert!((light - (1.0 - r).powi(2) * r * r).abs() < 1e-14);
+    assert!((light[0] - (1.0 - r).powi(2) * r * r).abs() < 1e-14);
     // Parallel light stays parallel.
     assert_eq!(rows(&ghosts, 0.0)[0].focus, None);
 }
@@ -231,11 +233,11 @@ fn what_is_transmitted_is_what_each_surface_leaves() {
     // On the axis of a plate all rays are alike: 4 % at each side.
     let plate = Prescription::parse("inf 4 1.5 40\ninf 10 1 40\n").unwrap();
     let plate = Lens::new(&plate, 10.0).unwrap();
-    let found = table(&Ghosts::new(&plate, None), 20.0);
+    let found = table(&Ghosts::new(plate.clone(), None), 20.0);
     assert!((found.transmitted - 0.96f64.powi(2)).abs() < 1e-12);
     // A lens: no less bright than by the share at its steepest rays, and as the T-number goes, by its root.
     let lens = lens();
-    let found = table(&Ghosts::new(&lens, None), 0.0);
+    let found = table(&Ghosts::new(lens.clone(), None), 0.0);
     let without = crate::optics::f_number::working_number(&lens, 1.0).unwrap();
     let ratio = without / found.t_number.unwrap();
     assert!((ratio * ratio / found.transmitted - 1.0).abs() < 1e-12);
@@ -252,11 +254,85 @@ fn a_coating_of_the_file_is_that_of_the_surface() {
         let prescription = Prescription::parse(&text).unwrap();
         let lens = focused(&prescription);
         let default = default.map(|text| text.parse().unwrap());
-        table(&Ghosts::new(&lens, default), 3.0)
+        table(&Ghosts::new(lens.clone(), default), 3.0)
     };
     let by_option = rows_of(text(""), Some("1.38@550"));
     assert_eq!(rows_of(text(" coating=1.38@550"), None), by_option);
     // What the file says goes before.
     assert_eq!(rows_of(text(" coating=1.38@550"), Some("2@700")), by_option);
     assert_ne!(rows_of(text(""), None), by_option);
+}
+
+/// From the film as from the scene, for each color.
+#[test]
+fn light_keeps_the_same_both_ways() {
+    let lens = lens();
+    let colors = [611.0, 549.0, 465.0];
+    let ghosts = Ghosts::new(lens.clone(), "1.38@520".parse().ok()).at(colors);
+    let mut compared = 0;
+    for (x, y, degrees) in [(0.0, 0.5, 0.0), (2.0, -3.0, 4.0), (-4.0, 5.0, 9.0)] {
+        let there = ghosts.trace_direct(&ray(x, y, degrees)).unwrap();
+        let [x, y] = there.film;
+        let from = [x, y, lens.film_z()];
+        let back = LensRay::new(from, there.ray.d.map(|d| -d));
+        let found = ghosts.through(&back).unwrap();
+        for (a, b) in found.iter().zip(there.light) {
+            // The law is exact; the ray back is the same but for rounding.
+            assert!((a - b).abs() < 1e-12, "{found:?} {there:?}");
+            compared += 1;
+        }
+        // A layer for green loses red and blue.
+        assert!(found[1] > found[0] && found[1] > found[2], "{found:?}");
+    }
+    assert_eq!(compared, 9);
+}
+
+/// A gaussian stop dims a ghost at each of the three times that its light crosses it.
+#[test]
+fn an_image_of_the_stop_counts_at_each_crossing() {
+    let open = lens();
+    let shaped = open.clone().with_stop_shape(StopShape::Gaussian);
+    let [open, shaped] = [open, shaped].map(|lens| Ghosts::new(lens, None));
+    let ray = ray(0.5, 2.0, 1.0);
+    let dimming = |pair| {
+        let [a, b] = [&open, &shaped].map(|ghosts| ghosts.trace(&ray, pair).unwrap().light[0]);
+        b / a
+    };
+    // Both surfaces on one side of the stop, number 3, and on two.
+    let direct =
+        shaped.trace_direct(&ray).unwrap().light[0] / open.trace_direct(&ray).unwrap().light[0];
+    let (once, thrice) = (dimming((0, 2)), dimming((2, 4)));
+    assert!(
+        direct < 0.999 && once < 1.0 && thrice < once,
+        "{direct} {once} {thrice}"
+    );
+    assert!(
+        (shaped.through(&LensRay::new([0.0, 1.0, 80.0], [0.0, 0.0, -1.0])))
+            == open.through(&LensRay::new([0.0, 1.0, 80.0], [0.0, 0.0, -1.0]))
+    );
+}
+
+/// Light that comes from behind a fisheye's front vertex goes through it, and into its ghosts.
+#[test]
+fn light_from_beyond_a_right_angle_enters() {
+    let text = "20 20 1.6 39\ninf 10 1 39\n";
+    let lens = Lens::new(&Prescription::parse(text).unwrap(), 10.0).unwrap();
+    let ghosts = Ghosts::new(lens.clone(), None);
+    let (sin, cos) = 100f64.to_radians().sin_cos();
+    // To the front at 60 degrees from its axis.
+    let (y, z) = (
+        20.0 * 60f64.to_radians().sin(),
+        20.0 - 20.0 * 60f64.to_radians().cos(),
+    );
+    let ray = LensRay::new([0.0, y, z], [0.0, -sin, cos]);
+    let direct = ghosts.trace_direct(&ray);
+    let expected = lens.tracer().to_film(&ray);
+    assert_eq!(direct.is_some(), expected.is_ok());
+    let balance = ghosts.balance(&ray, 1e-9);
+    // Nothing is stopped before it has entered.
+    assert!(
+        balance.stopped < 1.0 && balance.returned > 0.05,
+        "{balance:?}"
+    );
+    assert!((balance.sum() - 1.0).abs() < 1e-12);
 }

@@ -84,6 +84,8 @@ fn camera(lens: &Lens, diagonal: f64, precision: Precision) -> Result<Camera, St
         precision,
         stop_shape: None,
         bands: Vec::new(),
+        ghosts: false,
+        coating: None,
         film_diagonal: None,
         shutter: Shutter::default(),
         shift: [0.0; 2],

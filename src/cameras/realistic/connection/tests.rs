@@ -74,6 +74,11 @@ fn specs() -> Vec<RealisticSpec> {
             ..gauss.clone()
         },
         RealisticSpec {
+            ghosts: true,
+            tilt: [5.0, 2.0],
+            ..gauss.clone()
+        },
+        RealisticSpec {
             tilt: [0.0, 12.0],
             stop_shape: Some(StopShape::Gaussian),
             ..gauss
