@@ -210,6 +210,7 @@ fn prepare_light_paths(job: &mut RenderJob) {
     if job.integrator.begins_at_lights() {
         job.world.prepare_emission();
     }
+    job.light_share = LightShare(1.0);
     let assisted = job.may_be_assisted();
     let traces_light = assisted || job.traces_light();
     if !traces_light && job.motion_times.is_none() {

@@ -25,6 +25,7 @@ mod whitted;
 pub mod witness;
 
 use crate::lights::{LightGroups, LightSelector};
+use crate::materials::Material;
 use crate::math::Rgb;
 use crate::math::ray::RayDifferentials;
 use crate::params::ParamReader;
@@ -168,7 +169,7 @@ impl Integrator {
     }
 
     /// [`Integrator::radiance`] in two parts: without and from connections to light paths, which are made for all camera paths
-    /// although each is over the share of them that are joined in the image.
+    /// although each is over the share of them that are joined in the image. And where that light path begins.
     pub fn radiance_in_parts(
         &self,
         world: &World,
@@ -176,7 +177,7 @@ impl Integrator {
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
         workspace: &mut Workspace,
-    ) -> [Rgb; 2] {
+    ) -> ([Rgb; 2], Option<Beginning>) {
         let context = self.context(world, end, differentials, stream, workspace);
         self.spec.radiance_in_parts(context)
     }
@@ -211,6 +212,18 @@ impl Integrator {
             && world.media.is_empty()
             && lights.any(|light| !light.is_delta())
             && materials.any(|material| material.may_focus())
+    }
+
+    /// Returns `true` if light may be scattered twice on its way to the camera. Of what is scattered once, emitter sampling
+    /// finds all that light paths find.
+    pub fn is_indirect(&self) -> bool {
+        self.spec.max_depth().is_some_and(|depth| depth >= 2)
+    }
+
+    /// Returns `true` if camera paths may not find all light that light paths find, or rarely.
+    pub fn needs_light_paths(&self, world: &World) -> bool {
+        let focuses = world.materials.iter().any(Material::may_focus);
+        self.is_indirect() && (focuses || !world.media.is_empty())
     }
 
     /// Lets paths from the lights help the path tracer: camera paths know that light paths are joined to the lens. They begin at

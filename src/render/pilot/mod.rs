@@ -14,7 +14,7 @@ mod assistance;
 use super::{CameraRay, CameraSample, OfAll, PendingSample, RenderJob};
 use crate::cameras::BUNDLE;
 use crate::film::{LightShare, PixelBounds};
-use crate::integrators::{Learned, Splat, Workspace};
+use crate::integrators::{Beginning, Learned, Splat, Workspace};
 use crate::math::{Rgb, UVec2, color::luminance};
 use crate::samplers::Sampler;
 use arrayvec::ArrayVec;
@@ -50,16 +50,23 @@ const EVEN: f64 = 0.5;
 /// Paths that a worker takes at a time.
 const CHUNK: u64 = 1 << 9;
 
-/// Shares of camera paths that may be joined to light paths. Never none: some light may be found in no other way.
+/// Shares of camera paths that may be joined to light paths. Never none where some light may be found in no other way.
 const JOINED: [f32; 2] = [1.0, 1.0 / 32.0];
 
 /// The part of the light that joints must bring for all camera paths to be joined. The mean tells more of a few samples than their
 /// noise, of which the rare bright ones are the most.
 const LEAST_JOINED: f64 = 0.15;
 
-/// Light paths for each camera sample that may be chosen. Never none, as above; and not many, as the noise of camera paths is
+/// Light paths for each camera sample that may be chosen: not many, as the noise of camera paths is
 /// underestimated where its tail is heavy, of which a pilot pass meets nothing.
-const LIGHT_SHARES: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
+const LIGHT_SHARES: [f32; 5] = [1.0 / 16.0, 0.25, 0.5, 1.0, 2.0];
+
+/// Those where anything scatters in a medium: two samples of a pixel say little of its noise, and light paths do not tell of it either.
+const SHARES_IN_MEDIA: [f32; 2] = [1.0, 2.0];
+
+/// Light paths for each camera sample of the pilot pass. What is found as well by camera paths is left to them where light paths are few:
+/// then these are as noisy as what they alone find.
+const SHARE_OF_PILOT: LightShare = LightShare(0.5);
 
 /// Time for a camera sample, for joining it to a light path, and for a path of the light pass: proportions as they were measured in
 /// the scenes of tests/scenes/census. Those of a scene may be others by half, which moves the choice little.
@@ -129,12 +136,31 @@ struct Pilot {
 /// What two camera samples of a block's pixel saw: each without and by connections.
 type Pair = [[f64; 2]; 2];
 
+/// What camera samples saw.
+struct Seen {
+    /// By block.
+    pairs: Vec<Pair>,
+    joints: Vec<Joint>,
+    /// The share of them that is joined to light paths in the image.
+    share: f32,
+}
+
+/// What a camera sample brought by connections to a light path.
+struct Joint {
+    block: u32,
+    beginning: Beginning,
+    light: f64,
+}
+
 impl RenderJob {
     /// Chooses how light paths are traced, in a small part of the time of the image. A pure function of scene, settings and seed.
     pub fn run_pilot_pass(&mut self) {
-        // What is found as well by camera paths is left to them where light paths are few: then these are as noisy as what they alone
-        // find.
-        self.light_share = LightShare(LIGHT_SHARES[1]);
+        if !self.integrator.is_indirect() {
+            self.integrator.join(0.0);
+            self.light_share = LightShare(0.0);
+            return;
+        }
+        self.light_share = SHARE_OF_PILOT;
         let pilot = Pilot {
             sampler: self.sampler.pilot(),
             blocks: Blocks::new(self.lit(), blocks_of_side(self.sampler.spp())),
@@ -142,14 +168,32 @@ impl RenderJob {
         if pilot.blocks.count() == 0 {
             return;
         }
-        let (seen, share) = self.choose_joined(&pilot);
-        self.integrator.join(share);
-        self.guide_light_paths(&pilot, &seen, share);
+        let seen = self.choose_joined(&pilot);
+        self.integrator.join(seen.share);
+        let shares = match self.world.media.is_empty() {
+            true => &LIGHT_SHARES[..],
+            false => &SHARES_IN_MEDIA,
+        };
+        let effort = self.guide_light_paths(&pilot, &seen, shares);
+        if !self.integrator.needs_light_paths(&self.world) {
+            self.consider_no_light_paths(&pilot, seen.share, effort.least);
+        }
     }
 
-    /// Learns where light paths are to begin, and how many there are to be, where camera samples see what was `seen` and a `share` of
-    /// them is joined.
-    fn guide_light_paths(&mut self, pilot: &Pilot, seen: &[Pair], share: f32) -> Effort {
+    /// Leaves all light to camera paths if that is less than the `least` noise × time with light paths; a `share` of them is joined.
+    fn consider_no_light_paths(&mut self, pilot: &Pilot, share: f32, least: f64) {
+        let chosen = std::mem::replace(&mut self.light_share, LightShare(0.0));
+        let seen = self.look(pilot, share).pairs;
+        let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
+        let noise = noise_of_camera(&seen, share.into(), &worth);
+        let cost = COST_OF_CAMERA + f64::from(share) * COST_OF_JOINING;
+        if noise * cost > least {
+            self.light_share = chosen;
+        }
+    }
+
+    /// Learns where light paths are to begin, and which of the `shares` of them there are to be, where camera samples see what was `seen`.
+    fn guide_light_paths(&mut self, pilot: &Pilot, seen: &Seen, shares: &[f32]) -> Effort {
         let of_pixel = f64::from(self.sampler.spp()) / f64::from(SAMPLES_OF_PATH);
         let count = (of_pixel.min(PATHS_OF_PIXEL) * self.lit().area() as f64) as u64;
         let count = count.clamp(1, PATHS).next_multiple_of(CHUNK);
@@ -159,18 +203,21 @@ impl RenderJob {
         for round in 1..=ROUNDS {
             brought = self.light(pilot, (round - 1) * count..round * count);
             lit.extend(&brought, count, weights);
-            let worth = worth(&pilot.blocks, seen, &lit);
+            let worth = worth(&pilot.blocks, &seen.pairs, &lit);
             learned.extend(self.learned(pilot, &brought, &worth));
+            let splats = learned.len();
+            learned.extend(self.learned_of_joints(seen, &worth, lit.paths));
             self.integrator.guide_emission(&learned, lit.paths as usize);
+            learned.truncate(splats);
         }
         let told = Told {
             brought: &brought,
             paths: count,
             blocks: &pilot.blocks,
-            worth: &worth(&pilot.blocks, seen, &lit),
+            worth: &worth(&pilot.blocks, &seen.pairs, &lit),
         };
-        let camera = noise_of_camera(seen, share.into(), told.worth);
-        let (light_share, least) = best_light_share(camera, &told, share);
+        let camera = noise_of_camera(&seen.pairs, seen.share.into(), told.worth);
+        let (light_share, least) = best_light_share(camera, &told, seen.share, shares);
         self.light_share = LightShare(light_share);
         Effort {
             least,
@@ -179,33 +226,53 @@ impl RenderJob {
     }
 
     /// The share of camera paths to be joined to light paths, and what they saw.
-    fn choose_joined(&mut self, pilot: &Pilot) -> (Vec<Pair>, f32) {
-        let [all, few] = JOINED;
+    fn choose_joined(&mut self, pilot: &Pilot) -> Seen {
+        let [all, few] = match self.integrator.needs_light_paths(&self.world) {
+            true => JOINED,
+            false => [JOINED[0], 0.0],
+        };
         self.integrator.join(all);
-        let seen = self.look(pilot);
-        let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
-        let joined = part_of_joined(&seen, &worth);
+        let seen = self.look(pilot, all);
+        let worth = worth(&pilot.blocks, &seen.pairs, &LightOfBlocks::default());
+        let joined = part_of_joined(&seen.pairs, &worth);
         if joined >= LEAST_JOINED {
-            return (seen, all);
+            return seen;
         }
         self.integrator.join(few);
         // Where joints bring nothing weights do not depend on them.
         match joined > 0.0 {
-            true => (self.look(pilot), few),
-            false => (seen, few),
+            true => self.look(pilot, few),
+            false => Seen { share: few, ..seen },
         }
     }
 
-    /// Luminances of two camera paths in each block.
-    fn look(&self, pilot: &Pilot) -> Vec<Pair> {
+    /// Luminances of two camera paths in each block, a `share` of which is joined to light paths.
+    fn look(&self, pilot: &Pilot, share: f32) -> Seen {
         let Pilot { sampler, blocks } = pilot;
         let all = OfAll::new(self);
         let all_blocks = (0..blocks.count()).into_par_iter();
-        let pairs = all_blocks.map_init(Workspace::default, |workspace, block| {
+        let looks = all_blocks.map_init(Workspace::default, |workspace, block| {
             let pixel = blocks.middle(block);
             [0, 1].map(|index| self.luminance_in_parts(sampler, (pixel, index), &all, workspace))
         });
-        pairs.collect()
+        let looks: Vec<_> = looks.collect();
+        let joints = looks.iter().enumerate().flat_map(|(block, pair)| {
+            pair.iter().filter_map(move |&([_, light], beginning)| {
+                let beginning = beginning.filter(|_| light > 0.0)?;
+                Some(Joint {
+                    block: block as u32,
+                    beginning,
+                    light,
+                })
+            })
+        });
+        Seen {
+            joints: joints.collect(),
+            pairs: { looks.iter() }
+                .map(|pair| pair.map(|(parts, _)| parts))
+                .collect(),
+            share,
+        }
     }
 
     fn luminance_in_parts(
@@ -214,24 +281,25 @@ impl RenderJob {
         (pixel, index): (UVec2, u32),
         all: &OfAll,
         workspace: &mut Workspace,
-    ) -> [f64; 2] {
+    ) -> ([f64; 2], Option<Beginning>) {
         let (sample, mut waiting) = PendingSample::new(self, sampler, pixel, index);
         let mut rays = ArrayVec::new();
         let samples: ArrayVec<CameraSample, BUNDLE> = [sample].into_iter().collect();
         let differentials = self.world.needs_footprint();
         self.camera.rays(&samples, differentials, &mut rays);
         let Some(Some(ray)) = rays.first() else {
-            return [0.0; 2];
+            return ([0.0; 2], None);
         };
         let ray: &CameraRay = ray;
-        let parts = self.integrator.radiance_in_parts(
+        let (parts, beginning) = self.integrator.radiance_in_parts(
             &self.world,
             &waiting.camera_end(self, &sample, ray, all),
             ray.scaled_differentials(all.spacing).as_ref(),
             &mut waiting.stream,
             workspace,
         );
-        parts.map(|part| finite_luminance(part * ray.tint * (ray.weight * waiting.filter_weight)))
+        let scale = ray.tint * (ray.weight * waiting.filter_weight);
+        (parts.map(|part| finite_luminance(part * scale)), beginning)
     }
 
     /// What light paths bring, in their order.
@@ -272,6 +340,23 @@ impl RenderJob {
             Some(Learned { beginning, brought })
         });
         learned.collect()
+    }
+
+    /// What joints have told, as if so many light `paths` had: the variance of a pixel falls with its samples, that of what light paths bring
+    /// with their number.
+    fn learned_of_joints<'a>(
+        &self,
+        seen: &'a Seen,
+        worth: &'a [f64],
+        paths: u64,
+    ) -> impl Iterator<Item = Learned> + 'a {
+        let samples = 2.0 * seen.pairs.len() as f64;
+        let of_pixels = f64::from(self.paths_per_sample()) * self.lit().area() as f64;
+        let scale = of_pixels * f64::from(seen.share) * paths as f64 / samples;
+        seen.joints.iter().map(move |joint| Learned {
+            beginning: joint.beginning,
+            brought: scale * joint.light * joint.light * worth[joint.block as usize],
+        })
     }
 }
 
@@ -364,15 +449,14 @@ impl Told<'_> {
 }
 
 /// Light paths for each camera sample by which the error falls fastest, given the variance of camera samples, and noise × time then.
-fn best_light_share(camera: f64, told: &Told, joined: f32) -> (f32, f64) {
+fn best_light_share(camera: f64, told: &Told, joined: f32, shares: &[f32]) -> (f32, f64) {
     let effort = |share: f32| {
         let of_light = f64::from(share);
         let cost = COST_OF_CAMERA + f64::from(joined) * COST_OF_JOINING + of_light * COST_OF_LIGHT;
         (camera + told.rare(of_light) + told.noise(of_light)) * cost
     };
-    let least = LIGHT_SHARES
-        .map(|share| (share, effort(share)))
-        .into_iter()
+    let least = { shares.iter() }
+        .map(|&share| (share, effort(share)))
         .min_by(|a, b| a.1.total_cmp(&b.1));
     least.unwrap_or((1.0, f64::INFINITY))
 }
@@ -456,3 +540,6 @@ impl Blocks {
         self.corner(block) + self.size(block) / 2
     }
 }
+
+#[cfg(test)]
+mod tests;
