@@ -54,9 +54,9 @@ pub(super) trait Transport {
     }
 
     /// [`Transport::radiance`] in two parts: that of camera paths alone, and what comes of joining all of them to light paths,
-    /// over the share of them that are joined in the image. And where that light path begins, if there is one.
-    fn radiance_in_parts(&self, context: Context) -> ([Rgb; 2], Option<Beginning>) {
-        ([self.radiance(context), Rgb::ZERO], None)
+    /// over the share of them that are joined in the image.
+    fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
+        [self.radiance(context), Rgb::ZERO]
     }
 
     /// The path integrator that finds the same light; `None` if the image is not of light.
@@ -131,7 +131,7 @@ macro_rules! integrator_types {
                 match self { $(IntegratorSpec::$Type(i) => i.path(),)* }
             }
 
-            pub(super) fn radiance_in_parts(&self, context: Context) -> ([Rgb; 2], Option<Beginning>) {
+            pub(super) fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
                 match self { $(IntegratorSpec::$Type(i) => i.radiance_in_parts(context),)* }
             }
 

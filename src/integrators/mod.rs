@@ -169,7 +169,7 @@ impl Integrator {
     }
 
     /// [`Integrator::radiance`] in two parts: without and from connections to light paths, which are made for all camera paths
-    /// although each is over the share of them that are joined in the image. And where that light path begins.
+    /// although each is over the share of them that are joined in the image.
     pub fn radiance_in_parts(
         &self,
         world: &World,
@@ -177,7 +177,7 @@ impl Integrator {
         differentials: Option<&RayDifferentials>,
         stream: &mut SampleStream,
         workspace: &mut Workspace,
-    ) -> ([Rgb; 2], Option<Beginning>) {
+    ) -> [Rgb; 2] {
         let context = self.context(world, end, differentials, stream, workspace);
         self.spec.radiance_in_parts(context)
     }

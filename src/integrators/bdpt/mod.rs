@@ -31,7 +31,6 @@ use crate::lights::SelectionStrategy;
 use crate::math::Rgb;
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
-use crate::world::World;
 use camera_path::CameraPath;
 use light_path::{LightPath, LightTracer};
 
@@ -85,21 +84,17 @@ impl Bdpt {
         }
     }
 
-    /// For paths that camera paths are joined to: the camera's vertex takes one of the scattering events.
-    fn joined<'c, 'a>(&'c self, world: &'a World, lights: &'c Lights) -> LightTracer<'c, 'a> {
-        LightTracer {
-            bdpt: self,
-            world,
-            lights,
-            max_depth: self.max_depth.saturating_sub(1),
-        }
-    }
-
     /// Radiance along the camera ray: that of camera paths, and of those that are joined to a light path if this one `joins`.
     fn parts(&self, mut context: Context, joins: bool) -> [Rgb; 2] {
         let mut light_path = LightPath::in_spare(&mut context.workspace.vertices);
         if joins {
-            let tracer = self.joined(context.world, context.lights);
+            let tracer = LightTracer {
+                bdpt: self,
+                world: context.world,
+                lights: context.lights,
+                // The camera's vertex takes one of the scattering events.
+                max_depth: self.max_depth.saturating_sub(1),
+            };
             light_path.trace(&tracer, context.ray.time, context.stream);
         }
         let mut path = CameraPath::new(self, &mut context, &light_path);
@@ -122,10 +117,8 @@ impl Transport for Bdpt {
         radiance + joined
     }
 
-    fn radiance_in_parts(&self, context: Context) -> ([Rgb; 2], Option<Beginning>) {
-        let tracer = self.joined(context.world, context.lights);
-        let begins = tracer.beginning(&mut { *context.stream });
-        (self.parts(context, true), begins)
+    fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
+        self.parts(context, true)
     }
 
     fn light_paths(

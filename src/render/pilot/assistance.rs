@@ -50,7 +50,7 @@ impl RenderJob {
         };
         let before = self.integrator.assist(&self.world);
         self.light_share = SHARE_OF_PILOT;
-        let helped = self.look(&pilot, 0.0).pairs;
+        let helped = self.look(&pilot);
         let count = count.next_multiple_of(CHUNK);
         let brought = self.light(&pilot, 0..count);
         let mut lit = LightOfBlocks::default();
@@ -67,14 +67,14 @@ impl RenderJob {
         if rare < LEAST_RARE * least {
             return;
         }
-        let noise = noise_of_camera(&self.look(&pilot, 0.0).pairs, 0.0, told.worth);
+        let noise = noise_of_camera(&self.look(&pilot), 0.0, told.worth);
         if noise * COST_OF_PATH + rare < LEAST_GAIN * least {
             return;
         }
         let before = self.integrator.assist(&self.world);
         pilot.blocks = Blocks::new(self.lit(), blocks_of_side(self.sampler.spp()));
-        let helped = self.look(&pilot, 0.0);
-        let effort = self.guide_light_paths(&pilot, &helped, &SHARES);
+        let helped = self.look(&pilot);
+        let effort = self.guide_light_paths(&pilot, (&helped, 0.0), &SHARES);
         if (noise + effort.rare_alone) * COST_OF_PATH < LEAST_GAIN * effort.least {
             self.integrator.leave_alone(before);
         }

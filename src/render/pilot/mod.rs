@@ -14,7 +14,7 @@ mod assistance;
 use super::{CameraRay, CameraSample, OfAll, PendingSample, RenderJob};
 use crate::cameras::BUNDLE;
 use crate::film::{LightShare, PixelBounds};
-use crate::integrators::{Beginning, Learned, Splat, Workspace};
+use crate::integrators::{Learned, Splat, Workspace};
 use crate::math::{Rgb, UVec2, color::luminance};
 use crate::samplers::Sampler;
 use arrayvec::ArrayVec;
@@ -136,22 +136,6 @@ struct Pilot {
 /// What two camera samples of a block's pixel saw: each without and by connections.
 type Pair = [[f64; 2]; 2];
 
-/// What camera samples saw.
-struct Seen {
-    /// By block.
-    pairs: Vec<Pair>,
-    joints: Vec<Joint>,
-    /// The share of them that is joined to light paths in the image.
-    share: f32,
-}
-
-/// What a camera sample brought by connections to a light path.
-struct Joint {
-    block: u32,
-    beginning: Beginning,
-    light: f64,
-}
-
 impl RenderJob {
     /// Chooses how light paths are traced, in a small part of the time of the image. A pure function of scene, settings and seed.
     pub fn run_pilot_pass(&mut self) {
@@ -168,22 +152,22 @@ impl RenderJob {
         if pilot.blocks.count() == 0 {
             return;
         }
-        let seen = self.choose_joined(&pilot);
-        self.integrator.join(seen.share);
+        let (seen, share) = self.choose_joined(&pilot);
+        self.integrator.join(share);
         let shares = match self.world.media.is_empty() {
             true => &LIGHT_SHARES[..],
             false => &SHARES_IN_MEDIA,
         };
-        let effort = self.guide_light_paths(&pilot, &seen, shares);
+        let effort = self.guide_light_paths(&pilot, (&seen, share), shares);
         if !self.integrator.needs_light_paths(&self.world) {
-            self.consider_no_light_paths(&pilot, seen.share, effort.least);
+            self.consider_no_light_paths(&pilot, share, effort.least);
         }
     }
 
     /// Leaves all light to camera paths if that is less than the `least` noise × time with light paths; a `share` of them is joined.
     fn consider_no_light_paths(&mut self, pilot: &Pilot, share: f32, least: f64) {
         let chosen = std::mem::replace(&mut self.light_share, LightShare(0.0));
-        let seen = self.look(pilot, share).pairs;
+        let seen = self.look(pilot);
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
         let noise = noise_of_camera(&seen, share.into(), &worth);
         let cost = COST_OF_CAMERA + f64::from(share) * COST_OF_JOINING;
@@ -192,8 +176,14 @@ impl RenderJob {
         }
     }
 
-    /// Learns where light paths are to begin, and which of the `shares` of them there are to be, where camera samples see what was `seen`.
-    fn guide_light_paths(&mut self, pilot: &Pilot, seen: &Seen, shares: &[f32]) -> Effort {
+    /// Learns where light paths are to begin, and which of the `shares` of them there are to be, where camera samples see what was `seen`
+    /// and a `share` of them is joined.
+    fn guide_light_paths(
+        &mut self,
+        pilot: &Pilot,
+        (seen, share): (&[Pair], f32),
+        shares: &[f32],
+    ) -> Effort {
         let of_pixel = f64::from(self.sampler.spp()) / f64::from(SAMPLES_OF_PATH);
         let count = (of_pixel.min(PATHS_OF_PIXEL) * self.lit().area() as f64) as u64;
         let count = count.clamp(1, PATHS).next_multiple_of(CHUNK);
@@ -203,21 +193,18 @@ impl RenderJob {
         for round in 1..=ROUNDS {
             brought = self.light(pilot, (round - 1) * count..round * count);
             lit.extend(&brought, count, weights);
-            let worth = worth(&pilot.blocks, &seen.pairs, &lit);
+            let worth = worth(&pilot.blocks, seen, &lit);
             learned.extend(self.learned(pilot, &brought, &worth));
-            let splats = learned.len();
-            learned.extend(self.learned_of_joints(seen, &worth, lit.paths));
             self.integrator.guide_emission(&learned, lit.paths as usize);
-            learned.truncate(splats);
         }
         let told = Told {
             brought: &brought,
             paths: count,
             blocks: &pilot.blocks,
-            worth: &worth(&pilot.blocks, &seen.pairs, &lit),
+            worth: &worth(&pilot.blocks, seen, &lit),
         };
-        let camera = noise_of_camera(&seen.pairs, seen.share.into(), told.worth);
-        let (light_share, least) = best_light_share(camera, &told, seen.share, shares);
+        let camera = noise_of_camera(seen, share.into(), told.worth);
+        let (light_share, least) = best_light_share(camera, &told, share, shares);
         self.light_share = LightShare(light_share);
         Effort {
             least,
@@ -226,53 +213,36 @@ impl RenderJob {
     }
 
     /// The share of camera paths to be joined to light paths, and what they saw.
-    fn choose_joined(&mut self, pilot: &Pilot) -> Seen {
+    fn choose_joined(&mut self, pilot: &Pilot) -> (Vec<Pair>, f32) {
         let [all, few] = match self.integrator.needs_light_paths(&self.world) {
             true => JOINED,
             false => [JOINED[0], 0.0],
         };
         self.integrator.join(all);
-        let seen = self.look(pilot, all);
-        let worth = worth(&pilot.blocks, &seen.pairs, &LightOfBlocks::default());
-        let joined = part_of_joined(&seen.pairs, &worth);
+        let seen = self.look(pilot);
+        let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
+        let joined = part_of_joined(&seen, &worth);
         if joined >= LEAST_JOINED {
-            return seen;
+            return (seen, all);
         }
         self.integrator.join(few);
         // Where joints bring nothing weights do not depend on them.
         match joined > 0.0 {
-            true => self.look(pilot, few),
-            false => Seen { share: few, ..seen },
+            true => (self.look(pilot), few),
+            false => (seen, few),
         }
     }
 
-    /// Luminances of two camera paths in each block, a `share` of which is joined to light paths.
-    fn look(&self, pilot: &Pilot, share: f32) -> Seen {
+    /// Luminances of two camera paths in each block.
+    fn look(&self, pilot: &Pilot) -> Vec<Pair> {
         let Pilot { sampler, blocks } = pilot;
         let all = OfAll::new(self);
         let all_blocks = (0..blocks.count()).into_par_iter();
-        let looks = all_blocks.map_init(Workspace::default, |workspace, block| {
+        let pairs = all_blocks.map_init(Workspace::default, |workspace, block| {
             let pixel = blocks.middle(block);
             [0, 1].map(|index| self.luminance_in_parts(sampler, (pixel, index), &all, workspace))
         });
-        let looks: Vec<_> = looks.collect();
-        let joints = looks.iter().enumerate().flat_map(|(block, pair)| {
-            pair.iter().filter_map(move |&([_, light], beginning)| {
-                let beginning = beginning.filter(|_| light > 0.0)?;
-                Some(Joint {
-                    block: block as u32,
-                    beginning,
-                    light,
-                })
-            })
-        });
-        Seen {
-            joints: joints.collect(),
-            pairs: { looks.iter() }
-                .map(|pair| pair.map(|(parts, _)| parts))
-                .collect(),
-            share,
-        }
+        pairs.collect()
     }
 
     fn luminance_in_parts(
@@ -281,25 +251,24 @@ impl RenderJob {
         (pixel, index): (UVec2, u32),
         all: &OfAll,
         workspace: &mut Workspace,
-    ) -> ([f64; 2], Option<Beginning>) {
+    ) -> [f64; 2] {
         let (sample, mut waiting) = PendingSample::new(self, sampler, pixel, index);
         let mut rays = ArrayVec::new();
         let samples: ArrayVec<CameraSample, BUNDLE> = [sample].into_iter().collect();
         let differentials = self.world.needs_footprint();
         self.camera.rays(&samples, differentials, &mut rays);
         let Some(Some(ray)) = rays.first() else {
-            return ([0.0; 2], None);
+            return [0.0; 2];
         };
         let ray: &CameraRay = ray;
-        let (parts, beginning) = self.integrator.radiance_in_parts(
+        let parts = self.integrator.radiance_in_parts(
             &self.world,
             &waiting.camera_end(self, &sample, ray, all),
             ray.scaled_differentials(all.spacing).as_ref(),
             &mut waiting.stream,
             workspace,
         );
-        let scale = ray.tint * (ray.weight * waiting.filter_weight);
-        (parts.map(|part| finite_luminance(part * scale)), beginning)
+        parts.map(|part| finite_luminance(part * ray.tint * (ray.weight * waiting.filter_weight)))
     }
 
     /// What light paths bring, in their order.
@@ -340,23 +309,6 @@ impl RenderJob {
             Some(Learned { beginning, brought })
         });
         learned.collect()
-    }
-
-    /// What joints have told, as if so many light `paths` had: the variance of a pixel falls with its samples, that of what light paths bring
-    /// with their number.
-    fn learned_of_joints<'a>(
-        &self,
-        seen: &'a Seen,
-        worth: &'a [f64],
-        paths: u64,
-    ) -> impl Iterator<Item = Learned> + 'a {
-        let samples = 2.0 * seen.pairs.len() as f64;
-        let of_pixels = f64::from(self.paths_per_sample()) * self.lit().area() as f64;
-        let scale = of_pixels * f64::from(seen.share) * paths as f64 / samples;
-        seen.joints.iter().map(move |joint| Learned {
-            beginning: joint.beginning,
-            brought: scale * joint.light * joint.light * worth[joint.block as usize],
-        })
     }
 }
 
