@@ -15,6 +15,8 @@ const NO_GHOSTS: &str = "`sppm`, `ambientocclusion` and `samplepixelcenter` have
 const GIVE_AREA: &str =
     "an `AreaLightSource` on a small shape instead of the light is found, with some noise";
 
+const SEND_PHOTONS: &str = "`Integrator \"sppm\"` finds it, a little blurred";
+
 /// Reports the substitute for an integrator that traces light: a warning if that loses light, otherwise a note.
 ///
 /// Another warning where paths are traced from the lights, but not joined to the camera.
@@ -33,8 +35,11 @@ pub(super) fn warn(frame: &Frame, camera: Option<&Camera>, diagnostics: &Diagnos
         && let Some(light) = lost_light(frame, false)
     {
         let message = format!("no light path comes to this camera: the image lacks {light}");
-        let diagnostic = Diagnostic::warning(message).with_help(NOT_JOINED);
-        diagnostics.push(placed(diagnostic, frame));
+        let help = match has_media(frame) {
+            true => NOT_JOINED.to_string(),
+            false => format!("{NOT_JOINED}; {SEND_PHOTONS}, through any camera"),
+        };
+        diagnostics.push(placed(Diagnostic::warning(message).with_help(help), frame));
         return;
     }
     let Some(LightTracer { name, stand_in }) = integrator.light_tracer else {
@@ -47,7 +52,7 @@ pub(super) fn warn(frame: &Frame, camera: Option<&Camera>, diagnostics: &Diagnos
         Some(light) => Diagnostic::warning(format!(
             "`{name}` is rendered by `{stand_in}`, which cannot find {light}: the image lacks it"
         ))
-        .with_help(GIVE_AREA),
+        .with_help(instead(frame)),
     };
     diagnostics.push(placed(diagnostic, frame));
 }
@@ -64,11 +69,23 @@ pub(super) fn note(frame: &Frame, diagnostics: &Diagnostics) {
     if let Some(light) = lost_light(frame, bidirectional) {
         let message = format!("the image lacks {light}, as pbrt-v3's does with this integrator");
         let help = match bidirectional {
-            true => GIVE_AREA.to_string(),
+            true => instead(frame),
             false => format!("`bdpt` finds it; under `path` or `volpath` {GIVE_AREA}"),
         };
         diagnostics.push(placed(Diagnostic::note(message).with_help(help), frame));
     }
+}
+
+/// What to write where paths from both ends do not find the light. Photons are not scattered by media.
+fn instead(frame: &Frame) -> String {
+    match has_media(frame) {
+        true => GIVE_AREA.to_string(),
+        false => format!("{SEND_PHOTONS}; {GIVE_AREA}"),
+    }
+}
+
+fn has_media(frame: &Frame) -> bool {
+    frame.media.camera.is_some() || !frame.media.interfaces.is_empty()
 }
 
 fn placed(diagnostic: Diagnostic, frame: &Frame) -> Diagnostic {
@@ -101,9 +118,7 @@ fn lost_light(frame: &Frame, bidirectional: bool) -> Option<String> {
         .collect();
     let smooth = materials.iter().filter(|m| m.is_smooth(&frame.materials));
     let smooth = names(smooth.map(|material| material.name()));
-    let media = &frame.media;
-    let media = media.camera.is_some() || !media.interfaces.is_empty();
-    let receives = media || materials.iter().any(|material| material.scatters_widely());
+    let receives = has_media(frame) || materials.iter().any(|material| material.scatters_widely());
     (receives && !smooth.is_empty()).then(|| {
         let (lights, smooth) = (listed(&lights), listed(&smooth));
         let light = format!("the light of {lights} lights off or through {smooth}");
@@ -137,7 +152,7 @@ fn listed(names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use crate::scene::{ReadSettings, read_scene};
-    use crate::syntax::{Diagnostics, SourceMap, diagnostic::Severity};
+    use crate::syntax::{Diagnostic, Diagnostics, SourceMap, diagnostic::Severity};
 
     const SPOT: &str = "LightSource \"spot\" ";
     const FLOOR: &str = "Material \"matte\" Shape \"disk\" ";
@@ -145,6 +160,11 @@ mod tests {
 
     /// The diagnostics of `check` about light paths: severity and message.
     fn said(integrator: &str, world: &str) -> Vec<(Severity, String)> {
+        let found = diagnostics(integrator, world).into_iter();
+        found.map(|found| (found.severity, found.message)).collect()
+    }
+
+    fn diagnostics(integrator: &str, world: &str) -> Vec<Diagnostic> {
         let sources = SourceMap::new();
         let text = format!("{integrator} WorldBegin {world} WorldEnd");
         let main = sources.add_text("test.pbrt", text);
@@ -160,8 +180,7 @@ mod tests {
         for found in diagnostics.kept() {
             assert_eq!(found.span.is_some(), integrator.contains("Integrator"));
         }
-        let kept = diagnostics.kept().into_iter();
-        kept.map(|found| (found.severity, found.message)).collect()
+        diagnostics.kept()
     }
 
     fn severity(integrator: &str, world: &str) -> Option<Severity> {
@@ -207,6 +226,28 @@ mod tests {
         }
         assert_eq!(severity("bdpt", &[SPOT, FLOOR].concat()), None);
         assert_eq!(severity("mlt", &[SPOT, FLOOR].concat()), None);
+    }
+
+    /// Photons find what paths from both ends do not, through any camera, but not in media.
+    #[test]
+    fn sppm_is_named_where_it_finds_the_light() {
+        let named = |settings: &str, world: &[&str]| {
+            let found = diagnostics(settings, &world.concat());
+            let helps = found.iter().flat_map(|found| &found.help);
+            assert_eq!(found.len(), 1, "{found:?}");
+            helps.filter(|help| help.contains("\"sppm\"")).count() == 1
+        };
+        let fog =
+            "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" MediumInterface \"\" \"fog\" ";
+        let centers = "Sampler \"halton\" \"bool samplepixelcenter\" \"true\" Integrator \"bdpt\" \"integer maxdepth\" [2]";
+        for settings in [
+            "Integrator \"bdpt\"",
+            "SurfaceIntegrator \"photonmap\"",
+            centers,
+        ] {
+            assert!(named(settings, &[SPOT, FLOOR, GLASS]), "{settings}");
+            assert!(!named(settings, &[fog, SPOT, FLOOR, GLASS]), "{settings}");
+        }
     }
 
     #[test]

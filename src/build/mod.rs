@@ -218,6 +218,7 @@ fn prepare_light_paths(job: &mut RenderJob) {
         job.camera.prepare_ghosts(window);
         job.ghosts = GhostLight::new(&job.integrator, &job.world);
     }
+    job.light_share = LightShare(1.0);
     let assisted = job.may_be_assisted();
     let traces_light = assisted || job.traces_light();
     if !traces_light && job.motion_times.is_none() {

@@ -27,6 +27,7 @@ mod whitted;
 pub mod witness;
 
 use crate::lights::{LightGroups, LightSelector};
+use crate::materials::Material;
 use crate::math::Rgb;
 use crate::math::ray::RayDifferentials;
 use crate::params::ParamReader;
@@ -214,6 +215,18 @@ impl Integrator {
             && world.media.is_empty()
             && lights.any(|light| !light.is_delta())
             && materials.any(|material| material.may_focus())
+    }
+
+    /// Returns `true` if light may be scattered twice on its way to the camera. Of what is scattered once, emitter sampling
+    /// finds all that light paths find.
+    pub fn is_indirect(&self) -> bool {
+        self.spec.max_depth().is_some_and(|depth| depth >= 2)
+    }
+
+    /// Returns `true` if camera paths may not find all light that light paths find, or rarely.
+    pub fn needs_light_paths(&self, world: &World) -> bool {
+        let focuses = world.materials.iter().any(Material::may_focus);
+        self.is_indirect() && (focuses || !world.media.is_empty())
     }
 
     /// Lets paths from the lights help the path tracer: camera paths know that light paths are joined to the lens. They begin at

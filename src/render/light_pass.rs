@@ -25,9 +25,12 @@ const RUN: u64 = 1 << 8;
 
 impl RenderJob {
     /// Returns `true` if paths are traced from the lights, too: not through a camera that nothing is joined to, nor if the
-    /// film is looked at in pixel centers alone, which no such path meets.
+    /// film is looked at in pixel centers alone, which no such path meets; nor where a pilot pass has left all light to camera paths.
     pub fn traces_light(&self) -> bool {
-        self.integrator.traces_light() && self.camera.connects() && self.filter.is_continuous()
+        self.integrator.traces_light()
+            && self.camera.connects()
+            && self.filter.is_continuous()
+            && self.light_share.0 > 0.0
     }
 
     /// The pixels that light paths bring light to.

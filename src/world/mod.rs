@@ -41,6 +41,8 @@ pub struct World {
     pub media: Media,
     /// See [`Geometry::has_recoverable_surfaces`].
     has_recoverable_surfaces: bool,
+    has_interiors: bool,
+    has_visible_lights: bool,
     moves: bool,
 }
 
@@ -59,6 +61,8 @@ impl World {
         let infinite_lights = ids.filter(is_infinite).collect();
         World {
             has_recoverable_surfaces: geometry.has_recoverable_surfaces(),
+            has_interiors: materials.iter().any(Material::has_interior),
+            has_visible_lights: lights.iter().any(|light| !light.is_delta()),
             moves: geometry.moves(),
             geometry,
             even_reflectances: materials.iter().map(Material::even_reflectance).collect(),
@@ -81,6 +85,16 @@ impl World {
     /// The lights that are sampled; index i is [`LightId`] i.
     pub fn sampled_lights(&self) -> &[Light] {
         &self.lights[..self.sampled_lights]
+    }
+
+    /// Returns `true` if a ray may meet a light: one with an area, or around the scene.
+    pub fn has_visible_lights(&self) -> bool {
+        self.has_visible_lights
+    }
+
+    /// Returns `true` if light that a surface transmits may be scattered below it and leave it elsewhere.
+    pub fn has_interiors(&self) -> bool {
+        self.has_interiors
     }
 
     /// Makes what lights need before paths begin at them.

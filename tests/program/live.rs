@@ -366,6 +366,28 @@ fn counts_add_up() {
     }
 }
 
+/// A path's last ray can only meet a light: where none has an area, it is not traced.
+#[test]
+fn no_ray_is_traced_that_could_bring_nothing() {
+    let folder = Folder::new();
+    let rays = |depth: u32, light: &str| {
+        let text = format!(
+            "Integrator \"bdpt\" \"integer maxdepth\" {depth} Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+             WorldBegin LightSource \"point\"\nShape \"sphere\" \"float radius\" 9\n{light}\nWorldEnd\n"
+        );
+        std::fs::write(folder.path("s.pbrt"), text).expect("a scene");
+        let scene = folder.path("s.pbrt").display().to_string();
+        let paths = &statistics(&folder, &scene, &["--spp", "4"])["paths"];
+        paths["rays"]["path"].as_u64().expect("a count")
+    };
+    let samples = 8 * 8 * 4;
+    assert_eq!(rays(1, ""), samples);
+    assert_eq!(rays(2, ""), 2 * samples);
+    let emitter =
+        "AreaLightSource \"diffuse\" Translate 0 0 -8 Shape \"sphere\" \"float radius\" .1";
+    assert_eq!(rays(1, emitter), 2 * samples);
+}
+
 /// The same paths, counted by other threads and tiles.
 #[test]
 fn counts_do_not_depend_on_threads() {

@@ -172,6 +172,28 @@ fn samples_that_are_not_finite_are_located() {
     }
 }
 
+/// Light that is finite where it arrives, but not all of it together: paths from such a light are counted, and not left out in
+/// silence.
+#[test]
+fn light_paths_that_are_not_finite_are_counted() {
+    let folder = Folder::new();
+    // 4π of the intensity are more than a float holds; a square of the distance less is not.
+    let scene = |integrator: &str| {
+        format!(
+            "Integrator \"{integrator}\" Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+             WorldBegin LightSource \"point\" \"rgb I\" [1e38 1e38 1e38]\n\
+             Material \"plastic\" Shape \"sphere\" \"float radius\" 1e6\nWorldEnd\n"
+        )
+    };
+    for (integrator, counted) in [("path", false), ("bdpt", true)] {
+        folder.write("s.pbrt", scene(integrator));
+        let run = folder.run(["s.pbrt", "-o", "a.exr", "--spp", "4"]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let said = run.stderr.contains("not finite, and count as black");
+        assert_eq!(said, counted, "{integrator}: {}", run.stderr);
+    }
+}
+
 /// The last frame's broken mesh is found before the first is rendered.
 #[test]
 fn later_frames_are_checked_before_the_first_is_rendered() {

@@ -465,12 +465,14 @@ fn a_medium_that_absorbs_nothing_cannot_be_seen_in_a_white_sky() {
         check(name, inside, volpath, &world, 1.0);
         check(name, OUTSIDE, volpath, &format!("{fog}{glass}"), 1.0);
     }
-    // Colors that differ by more have tails too heavy for the error that few joined paths show of themselves, so strong ones are
-    // left to the path tracer.
+    // Colors that differ by more have heavier tails than few joined paths show of themselves: more of them.
     let strong = fog(".05 .5 2", -0.5);
     for surface in [&empty, &glass] {
         let world = format!("{strong}{surface}");
         check_by("strongly colored", (OUTSIDE, 64), volpath, &world, 1.0);
+        let bdpt = volpath.replace("volpath", "bdpt");
+        let name = "strongly colored by bdpt";
+        check_by(name, (OUTSIDE, 256), &bdpt, &world, 1.0);
     }
     let cloud = format!(
         "{sky}MakeNamedMedium \"m\" \"string type\" \"heterogeneous\" \"rgb sigma_a\" [0 0 0] \
@@ -619,6 +621,68 @@ fn light_through_glass_is_scattered_below_a_surface() {
         "Material \"matte\" \"rgb Kd\" [.7 .7 .7]",
     ] {
         check_same(material, &image(material, ball), &image(material, ""));
+    }
+}
+
+/// Light goes the same way back (Helmholtz; Veach 1997, §4.2): what one surface receives of another that shines is what that
+/// receives of the first, over their areas. Past and through glass, from a mirror and a glossy wall, and in fog.
+#[test]
+fn light_and_camera_may_change_places() {
+    // Squares that face each other: the middle, half the side, and where their normals point along z.
+    type Square = ([f64; 3], f64, f64);
+    const SQUARES: [Square; 2] = [([-0.5, 0.0, -2.0], 0.5, 1.0), ([0.5, 0.25, 2.0], 1.0, -1.0)];
+    let shape = |([x, y, z], half, toward): Square| {
+        let corners = [
+            [-1.0, -1.0],
+            [toward, -toward],
+            [1.0, 1.0],
+            [-toward, toward],
+        ];
+        let corners = corners.map(|[u, v]| format!("{} {} {z}", x + half * u, y + half * v));
+        let points = corners.join("  ");
+        format!("Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{points}]\n")
+    };
+    // What `seen` shows of the light of `shines`, times its area: in proportion to the light it receives.
+    let received = |between: &str, media: &str, seen: Square, shines: Square| {
+        let ([x, y, z], half, toward) = seen;
+        let text = format!(
+            "LookAt {x} {y} {} {x} {y} {z} 0 1 0\n{media}\n\
+             Camera \"orthographic\" \"float screenwindow\" [-{half} {half} -{half} {half}]\n\
+             Film \"image\" \"integer xresolution\" [16] \"integer yresolution\" [16]\n\
+             Sampler \"random\" \"integer pixelsamples\" [512]\n\
+             Integrator \"bdpt\" \"integer maxdepth\" [8]\nWorldBegin\n{media}\n\
+             Material \"matte\" \"rgb Kd\" [.5 .5 .5]\n{}\
+             AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n{}AttributeEnd\n{between}\nWorldEnd\n",
+            z + 0.01 * toward,
+            shape(seen),
+            shape(shines)
+        );
+        let (mean, error) = mean_and_error(&Render::of_text(&text, 1));
+        (mean * half * half, error * half * half)
+    };
+    let fog = "MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [.1 .1 .1] \
+               \"rgb sigma_s\" [.3 .3 .3] \"float g\" [.5]\nMediumInterface \"m\" \"m\"";
+    let smooth = "Material \"glass\" Shape \"sphere\" \"float radius\" .75\n\
+                  Material \"mirror\" Translate 0 -1.5 0 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" 4";
+    let rough = "Material \"glass\" \"float uroughness\" .2 \"float vroughness\" .2 Shape \"sphere\" \"float radius\" .75\n\
+                 Material \"plastic\" Translate 0 -1.5 0 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" 4";
+    for (name, between, media) in [
+        ("smooth", smooth, ""),
+        ("rough", rough, ""),
+        ("fog", smooth, fog),
+    ] {
+        let [small, large] = SQUARES;
+        let (there, error) = received(between, media, small, large);
+        let (back, other) = received(between, media, large, small);
+        let allowed = SIGMAS * error.hypot(other);
+        assert!(
+            (there - back).abs() <= allowed,
+            "{name}: {there} and {back}, ± {allowed}"
+        );
+        assert!(
+            allowed < 0.08 * there,
+            "{name}: {allowed} of {there} tells nothing"
+        );
     }
 }
 

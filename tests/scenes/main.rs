@@ -8,6 +8,7 @@
     reason = "a panic is an answer here"
 )]
 
+mod caustic_through_lens;
 mod census;
 mod census_sppm;
 #[path = "../common/mod.rs"]

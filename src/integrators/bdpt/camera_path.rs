@@ -6,7 +6,7 @@ use super::light_end::Lit;
 use super::light_path::LightPath;
 use super::vertex::Vertex;
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
-use super::weights::{History, Onward, square, weight};
+use super::weights::{History, Onward, square, weight, weight_of_joint};
 use crate::accel::GeometryHit;
 use crate::handles::LightId;
 use crate::integrators::context::Context;
@@ -73,7 +73,13 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// Extends the path by a vertex.
     pub(super) fn extend(&mut self) -> Option<()> {
         let world = self.context.world;
-        match self.walk.advance(world, self.context.stream)? {
+        let met = self.walk.advance(world, self.context.stream);
+        if !self.walk.throughput.is_finite() {
+            // The sample is dropped, and counted.
+            self.radiance += self.walk.throughput;
+            return None;
+        }
+        match met? {
             Met::Background => {
                 self.arrive(witness::Met::Background);
                 self.add_escaped();
@@ -90,6 +96,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 let Vertex::Medium(at) = &vertex else {
                     return None;
                 };
+                if self.is_spent() {
+                    return None;
+                }
                 let stream = &mut *self.context.stream;
                 self.walk
                     .scatter_in_medium(at, &history, self.bdpt.connections, stream);
@@ -117,9 +126,21 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 if vertex.connects() {
                     self.join(&vertex, &history);
                 }
+                if self.is_spent() {
+                    return None;
+                }
                 self.scatter(&vertex, &history, differentials)
             }
         }
+    }
+
+    /// Whether nothing can come after the vertex: the next could only be on a light, and there is none to be met. Where light leaves a
+    /// material again is a vertex after the same scattering event.
+    fn is_spent(&self) -> bool {
+        let world = self.context.world;
+        self.walk.depth + 1 >= self.bdpt.max_depth
+            && !world.has_visible_lights()
+            && !world.has_interiors()
     }
 
     /// The densities at a vertex. The first is where the light pass would join a light path to the lens.
@@ -258,23 +279,27 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             return;
         }
         self.context.shadow(id, true);
-        let cosine = vertex.cosine(light.wi);
-        let lit = Lit {
-            id,
-            end,
-            from: &from,
-            cosine,
-            wi: light.wi,
-            pdf: light.pdf,
-        };
-        let densities = lit.densities(world, lights, pmf);
         // The light is met by chance with the density `forward`, where emitter sampling has pmf · pdf; both per solid angle.
         let met = match light.delta {
             true => 0.0,
             false => square(f64::from(scattered.forward) / (f64::from(pmf) * f64::from(light.pdf))),
         };
-        let begun = densities.onward * densities.emitted / densities.direct;
-        let camera = history.earlier(begun, scattered.reverse.into());
+        let camera = match history.is_alone() {
+            true => 0.0,
+            false => {
+                let lit = Lit {
+                    id,
+                    end,
+                    from: &from,
+                    cosine: vertex.cosine(light.wi),
+                    wi: light.wi,
+                    pdf: light.pdf,
+                };
+                let densities = lit.densities(world, lights, pmf);
+                let begun = densities.onward * densities.emitted / densities.direct;
+                history.earlier(begun, scattered.reverse.into())
+            }
+        };
         let weight = weight(met, camera);
         self.gain_from(id, self.walk.throughput * contribution * left * weight);
     }
@@ -290,6 +315,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             }
             let to = end.vertex.reference_point();
             let distance2 = (to.p - from.p).length_squared();
+            if distance2 == 0.0 {
+                continue;
+            }
             let shadow = from.shadow_ray_to(to.p, to.p_error, to.n);
             let w = (to.p - from.p) / distance2.sqrt();
             let Some(here) = vertex.radiance(w) else {
@@ -301,7 +329,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.
             let joined =
                 self.walk.throughput * here.value * there.value * end.throughput / distance2;
-            if is_black(joined) || !joined.is_finite() {
+            if is_black(joined) {
                 continue;
             }
             let (cosine, other) = (vertex.cosine(w), end.vertex.cosine(w));
@@ -311,12 +339,13 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             let light = end
                 .history
                 .earlier(onto(here.forward, other), there.reverse.into());
-            // The densities of the others, over that of paths of which only a share is joined.
-            let share = square(self.bdpt.connections.into());
-            let weight = weight(light / share, camera / share);
-            let weighted = joined * (weight / self.bdpt.connections);
+            let share = self.bdpt.connections;
+            let weighted = joined * (weight_of_joint(light, camera, share) / share);
             let medium = vertex.medium_toward(self.context.world, w);
             let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
+            if is_black(left) {
+                continue;
+            }
             let light = weighted * left;
             self.context.part(self.light_path.light, light);
             self.joined += light;

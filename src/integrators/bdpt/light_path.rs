@@ -60,19 +60,18 @@ impl<'a> LightPath<'a> {
         &self.vertices
     }
 
-    /// Replaces the path by another whose vertices scatter at most `max_depth` times.
+    /// Replaces the path by another.
     pub(super) fn trace(
         &mut self,
         tracer: &LightTracer<'_, 'a>,
         time: f32,
-        max_depth: u32,
         stream: &mut SampleStream,
     ) {
         self.vertices.clear();
         // At once, so that later paths need no more.
         self.vertices
-            .reserve(max_depth.min(INITIAL_CAPACITY) as usize);
-        tracer.trace(time, max_depth, stream, |light, vertex, _| {
+            .reserve(tracer.max_depth.min(INITIAL_CAPACITY) as usize);
+        tracer.trace(time, stream, |light, vertex, _| {
             self.light = Some(light);
             self.vertices.push(vertex);
         });
@@ -96,6 +95,8 @@ pub(super) struct LightTracer<'c, 'a> {
     pub bdpt: &'c Bdpt,
     pub world: &'a World,
     pub lights: &'c Lights,
+    /// The most scattering events of a path, that at its last vertex included.
+    pub max_depth: u32,
 }
 
 impl<'a> LightTracer<'_, 'a> {
@@ -103,7 +104,6 @@ impl<'a> LightTracer<'_, 'a> {
     pub(super) fn trace(
         &self,
         time: f32,
-        max_depth: u32,
         stream: &mut SampleStream,
         mut visit: impl FnMut(LightId, LightVertex<'a>, &mut SampleStream),
     ) {
@@ -112,7 +112,7 @@ impl<'a> LightTracer<'_, 'a> {
         };
         let mut visit =
             |vertex: LightVertex<'a>, stream: &mut SampleStream| visit(id, vertex, stream);
-        while walk.depth < max_depth {
+        while walk.depth < self.max_depth {
             if self
                 .extend(&mut walk, (id, &emission), stream, &mut visit)
                 .is_none()
@@ -163,7 +163,7 @@ impl<'a> LightTracer<'_, 'a> {
         };
         let mut walk = Walk::new(emission.ray(time), medium, from, spread, onward);
         walk.throughput = emission.flux() / pmf;
-        let valid = !is_black(walk.throughput) && walk.throughput.is_finite();
+        let valid = !is_black(walk.throughput);
         valid.then_some((id, emission, walk))
     }
 
@@ -242,7 +242,7 @@ impl<'a> LightTracer<'_, 'a> {
         }
     }
 
-    /// Goes on from a vertex.
+    /// Goes on from a vertex, if the path may have another.
     fn scatter(
         &self,
         walk: &mut Walk,
@@ -252,6 +252,12 @@ impl<'a> LightTracer<'_, 'a> {
         visit: &mut impl FnMut(LightVertex<'a>, &mut SampleStream),
     ) -> Option<()> {
         let connections = self.bdpt.connections;
+        // Where light leaves a material again is a vertex after the same scattering event.
+        let is_last = walk.depth + 1 >= self.max_depth && !self.world.has_interiors();
+        // What is not finite comes to one vertex, and is counted where that is joined to others.
+        if is_last || !walk.throughput.is_finite() {
+            return None;
+        }
         let (hit, bsdf) = match vertex {
             Vertex::Surface { hit, bsdf, .. } => (hit, bsdf),
             Vertex::Medium(at) => {
@@ -270,8 +276,7 @@ impl<'a> LightTracer<'_, 'a> {
             walk.throughput *= transport.share;
             if let Some(bssrdf) = &transport.bssrdf {
                 // What camera paths find is left to them: their subsurface scattering has no densities.
-                let is_lost = history.before == 0.0 && history.rest == 0.0;
-                if !is_lost || !turn.sample.specular {
+                if !history.is_alone() || !turn.sample.specular {
                     return None;
                 }
                 walk.throughput *= entering(hit, bsdf, &turn.sample);

@@ -92,10 +92,10 @@ impl Bdpt {
                 bdpt: self,
                 world: context.world,
                 lights: context.lights,
+                // The camera's vertex takes one of the scattering events.
+                max_depth: self.max_depth.saturating_sub(1),
             };
-            // The camera's vertex takes one of the scattering events.
-            let depth = self.max_depth.saturating_sub(1);
-            light_path.trace(&tracer, context.ray.time, depth, context.stream);
+            light_path.trace(&tracer, context.ray.time, context.stream);
         }
         let mut path = CameraPath::new(self, &mut context, &light_path);
         while path.extend().is_some() {}
@@ -120,6 +120,7 @@ impl Transport for Bdpt {
     fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {
         self.parts(context, true)
     }
+
     fn light_paths(
         &self,
         job: &LightJob,
@@ -131,6 +132,7 @@ impl Transport for Bdpt {
             bdpt: self,
             world: job.world,
             lights,
+            max_depth: self.max_depth,
         };
         splat::splat_paths(&tracer, job, paths, splat);
     }
@@ -145,6 +147,7 @@ impl Transport for Bdpt {
             bdpt: self,
             world: job.world,
             lights,
+            max_depth: self.max_depth,
         };
         splat::skip_camera(job, &mut stream);
         tracer.beginning(&mut stream)

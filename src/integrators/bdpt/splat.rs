@@ -54,8 +54,7 @@ pub(super) fn splat_paths(
     };
     for (path, mut stream) in paths {
         let (time, wavelength) = skip_camera(job, &mut stream);
-        let depth = tracer.bdpt.max_depth;
-        tracer.trace(time, depth, &mut stream, |begins_at, vertex, stream| {
+        tracer.trace(time, &mut stream, |begins_at, vertex, stream| {
             let lens = if job.camera.has_lens() {
                 stream.next_2d()
             } else {

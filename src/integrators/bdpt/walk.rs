@@ -88,10 +88,14 @@ impl Walk {
         }
     }
 
-    /// To the next surface, or to what scatters before it. `None` where the throughput becomes black.
+    /// To the next surface, or to what scatters before it. `None` where the throughput becomes black, or what is not finite enters a
+    /// medium.
     pub(super) fn advance(&mut self, world: &World, stream: &mut SampleStream) -> Option<Met> {
         let hit = world.intersect(&self.ray);
         if let Some(id) = self.medium {
+            if !self.throughput.is_finite() {
+                return None;
+            }
             let t_max = hit.as_ref().map_or(self.ray.t_max, |hit| hit.t);
             let medium = world.media.medium(id);
             let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
@@ -276,7 +280,8 @@ impl Turn {
                 (factor, factor)
             }
         };
-        let valid = !is_black(factor) && factor.is_finite();
+        // A factor that is not finite is passed on, so that what comes of it is counted.
+        let valid = !is_black(factor) && sample.wi.is_finite();
         valid.then_some(Turn {
             sample,
             factor,

@@ -75,6 +75,11 @@ impl History {
         }
     }
 
+    /// Whether no strategy has fewer vertices on this side: then A_i is 0 wherever the path goes on.
+    pub(super) fn is_alone(&self) -> bool {
+        self.before == 0.0 && self.rest == 0.0
+    }
+
     /// A_i where the other side makes x_i with the density `other`, and from there continues toward x_{i−1} with the
     /// density `reverse` per solid angle.
     pub(super) fn earlier(&self, other: f64, reverse: f64) -> f64 {
@@ -89,6 +94,13 @@ impl History {
         let begun = square(emitted / self.density) * square(onward) * self.rest;
         sampled + begun
     }
+}
+
+/// The weight of a joint (s ≥ 2 and t ≥ 2) where a share `connections` of camera paths is joined to light paths: L and C are the
+/// densities of the others over that of the joint if all were joined.
+pub(super) fn weight_of_joint(light: f64, camera: f64, connections: f32) -> f32 {
+    let share = square(connections.into());
+    weight(light / share, camera / share)
 }
 
 /// The weight of a strategy, from L and C. What is not a number, 0 times infinity of densities out of all bounds, counts as 0.
@@ -119,6 +131,8 @@ mod tests {
         hittable: bool,
         /// Light paths per camera sample of a pixel.
         paths: f64,
+        /// The share of camera paths that are joined to light paths.
+        joined: f32,
     }
 
     impl Whole {
@@ -134,7 +148,12 @@ mod tests {
             let from_light: f64 = (1..s).map(|i| self.light[i]).product();
             let from_camera: f64 = (s..k).map(|i| self.camera[i]).product();
             let light = if s == 0 { 1.0 } else { first * from_light };
-            light * from_camera * if t == 1 { self.paths } else { 1.0 }
+            let often = match (s, t) {
+                (_, 1) => self.paths,
+                (2.., 2..) => self.joined.into(),
+                _ => 1.0,
+            };
+            light * from_camera * often
         }
 
         /// Weights by the definition.
@@ -152,7 +171,7 @@ mod tests {
                 rest: f64::from(u8::from(self.hittable)) / square(self.light[0]),
             };
             for i in 1..last {
-                let onward = history.onward(self.delta[i], self.camera[i - 1], 1.0);
+                let onward = history.onward(self.delta[i], self.camera[i - 1], self.joined);
                 history = self.arrived(onward, self.light[i + 1]);
             }
             history
@@ -169,7 +188,7 @@ mod tests {
             };
             for i in (last + 1..k).rev() {
                 let toward = if i + 1 == k { 0.0 } else { self.light[i + 1] };
-                let onward = history.onward(self.delta[i], toward, 1.0);
+                let onward = history.onward(self.delta[i], toward, self.joined);
                 history = self.arrived(onward, self.camera[i - 1]);
             }
             history
@@ -210,11 +229,11 @@ mod tests {
             }
             let other = if t == 1 { 1.0 / self.paths } else { 1.0 } * self.camera[s - 1];
             let light = self.from_light(s - 1).earlier(other, self.camera[s - 2]);
-            let camera = match t {
-                1 => 0.0,
-                _ => self.from_camera(s).earlier(self.light[s], after(s + 1)),
-            };
-            weight(light, camera)
+            if t == 1 {
+                return weight(light, 0.0);
+            }
+            let camera = self.from_camera(s).earlier(self.light[s], after(s + 1));
+            weight_of_joint(light, camera, self.joined)
         }
     }
 
@@ -228,10 +247,13 @@ mod tests {
                 deltas,
                 1e-3f64..1e3,
                 any::<bool>(),
-                1.0f64..1e6,
+                // None where the light pass is left out.
+                prop_oneof![Just(0.0), 1.0f64..1e6],
+                // As a pilot pass chooses, and any.
+                prop_oneof![Just(0.0f32), Just(1.0), Just(1.0 / 32.0), 1e-3f32..1.0],
             )
                 .prop_map(
-                    move |(light, camera, mut delta, direct, hittable, paths)| {
+                    move |(light, camera, mut delta, direct, hittable, paths, joined)| {
                         // The ends do not scatter.
                         (delta[0], delta[n - 1]) = (false, false);
                         Whole {
@@ -241,6 +263,7 @@ mod tests {
                             direct,
                             hittable,
                             paths,
+                            joined,
                         }
                     },
                 )

@@ -2,14 +2,16 @@
 //! glass or off a mirror rarely. Joined by multiple importance sampling the expectation is the same.
 
 use super::{
-    Blocks, CHUNK, COST_OF_CAMERA, LIGHT_SHARES, LightOfBlocks, Pilot, RenderJob, Told,
+    Blocks, CHUNK, COST_OF_CAMERA, LightOfBlocks, Pilot, RenderJob, SHARE_OF_PILOT, Told,
     blocks_of_side, noise_of_camera, worth,
 };
-use crate::film::LightShare;
 
 /// Light paths of a first look, as a part of the image's camera samples. Together with twice as many camera paths it takes less than
 /// 2 % of the time.
 const PART: f64 = 1.0 / 256.0;
+
+/// Light paths for each camera sample that may be chosen: see [`super::LIGHT_SHARES`]. As the first look is at rare samples, not so few.
+const SHARES: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
 
 /// With fewer of them nothing would be learned, and with more no more.
 const PATHS: [u64; 2] = [1 << 10, 1 << 14];
@@ -47,7 +49,7 @@ impl RenderJob {
             blocks: Blocks::new(self.lit(), side),
         };
         let before = self.integrator.assist(&self.world);
-        self.light_share = LightShare(LIGHT_SHARES[1]);
+        self.light_share = SHARE_OF_PILOT;
         let helped = self.look(&pilot);
         let count = count.next_multiple_of(CHUNK);
         let brought = self.light(&pilot, 0..count);
@@ -72,7 +74,7 @@ impl RenderJob {
         let before = self.integrator.assist(&self.world);
         pilot.blocks = Blocks::new(self.lit(), blocks_of_side(self.sampler.spp()));
         let helped = self.look(&pilot);
-        let effort = self.guide_light_paths(&pilot, &helped, 0.0);
+        let effort = self.guide_light_paths(&pilot, (&helped, 0.0), &SHARES);
         if (noise + effort.rare_alone) * COST_OF_PATH < LEAST_GAIN * effort.least {
             self.integrator.leave_alone(before);
         }

@@ -50,16 +50,23 @@ const EVEN: f64 = 0.5;
 /// Paths that a worker takes at a time.
 const CHUNK: u64 = 1 << 9;
 
-/// Shares of camera paths that may be joined to light paths. Never none: some light may be found in no other way.
+/// Shares of camera paths that may be joined to light paths. Never none where some light may be found in no other way.
 const JOINED: [f32; 2] = [1.0, 1.0 / 32.0];
 
 /// The part of the light that joints must bring for all camera paths to be joined. The mean tells more of a few samples than their
 /// noise, of which the rare bright ones are the most.
 const LEAST_JOINED: f64 = 0.15;
 
-/// Light paths for each camera sample that may be chosen. Never none, as above; and not many, as the noise of camera paths is
+/// Light paths for each camera sample that may be chosen: not many, as the noise of camera paths is
 /// underestimated where its tail is heavy, of which a pilot pass meets nothing.
-const LIGHT_SHARES: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
+const LIGHT_SHARES: [f32; 5] = [1.0 / 16.0, 0.25, 0.5, 1.0, 2.0];
+
+/// Those where anything scatters in a medium: two samples of a pixel say little of its noise, and light paths do not tell of it either.
+const SHARES_IN_MEDIA: [f32; 2] = [1.0, 2.0];
+
+/// Light paths for each camera sample of the pilot pass. What is found as well by camera paths is left to them where light paths are few:
+/// then these are as noisy as what they alone find.
+const SHARE_OF_PILOT: LightShare = LightShare(0.5);
 
 /// Time for a camera sample, for joining it to a light path, and for a path of the light pass: proportions as they were measured in
 /// the scenes of tests/scenes/census. Those of a scene may be others by half, which moves the choice little.
@@ -132,9 +139,12 @@ type Pair = [[f64; 2]; 2];
 impl RenderJob {
     /// Chooses how light paths are traced, in a small part of the time of the image. A pure function of scene, settings and seed.
     pub fn run_pilot_pass(&mut self) {
-        // What is found as well by camera paths is left to them where light paths are few: then these are as noisy as what they alone
-        // find.
-        self.light_share = LightShare(LIGHT_SHARES[1]);
+        if !self.integrator.is_indirect() {
+            self.integrator.join(0.0);
+            self.light_share = LightShare(0.0);
+            return;
+        }
+        self.light_share = SHARE_OF_PILOT;
         let pilot = Pilot {
             sampler: self.sampler.pilot(),
             blocks: Blocks::new(self.lit(), blocks_of_side(self.sampler.spp())),
@@ -144,12 +154,36 @@ impl RenderJob {
         }
         let (seen, share) = self.choose_joined(&pilot);
         self.integrator.join(share);
-        self.guide_light_paths(&pilot, &seen, share);
+        let shares = match self.world.media.is_empty() {
+            true => &LIGHT_SHARES[..],
+            false => &SHARES_IN_MEDIA,
+        };
+        let effort = self.guide_light_paths(&pilot, (&seen, share), shares);
+        if !self.integrator.needs_light_paths(&self.world) {
+            self.consider_no_light_paths(&pilot, share, effort.least);
+        }
     }
 
-    /// Learns where light paths are to begin, and how many there are to be, where camera samples see what was `seen` and a `share` of
-    /// them is joined.
-    fn guide_light_paths(&mut self, pilot: &Pilot, seen: &[Pair], share: f32) -> Effort {
+    /// Leaves all light to camera paths if that is less than the `least` noise × time with light paths; a `share` of them is joined.
+    fn consider_no_light_paths(&mut self, pilot: &Pilot, share: f32, least: f64) {
+        let chosen = std::mem::replace(&mut self.light_share, LightShare(0.0));
+        let seen = self.look(pilot);
+        let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
+        let noise = noise_of_camera(&seen, share.into(), &worth);
+        let cost = COST_OF_CAMERA + f64::from(share) * COST_OF_JOINING;
+        if noise * cost > least {
+            self.light_share = chosen;
+        }
+    }
+
+    /// Learns where light paths are to begin, and which of the `shares` of them there are to be, where camera samples see what was `seen`
+    /// and a `share` of them is joined.
+    fn guide_light_paths(
+        &mut self,
+        pilot: &Pilot,
+        (seen, share): (&[Pair], f32),
+        shares: &[f32],
+    ) -> Effort {
         let of_pixel = f64::from(self.sampler.spp()) / f64::from(SAMPLES_OF_PATH);
         let count = (of_pixel.min(PATHS_OF_PIXEL) * self.lit().area() as f64) as u64;
         let count = count.clamp(1, PATHS).next_multiple_of(CHUNK);
@@ -170,7 +204,7 @@ impl RenderJob {
             worth: &worth(&pilot.blocks, seen, &lit),
         };
         let camera = noise_of_camera(seen, share.into(), told.worth);
-        let (light_share, least) = best_light_share(camera, &told, share);
+        let (light_share, least) = best_light_share(camera, &told, share, shares);
         self.light_share = LightShare(light_share);
         Effort {
             least,
@@ -180,7 +214,10 @@ impl RenderJob {
 
     /// The share of camera paths to be joined to light paths, and what they saw.
     fn choose_joined(&mut self, pilot: &Pilot) -> (Vec<Pair>, f32) {
-        let [all, few] = JOINED;
+        let [all, few] = match self.integrator.needs_light_paths(&self.world) {
+            true => JOINED,
+            false => [JOINED[0], 0.0],
+        };
         self.integrator.join(all);
         let seen = self.look(pilot);
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
@@ -364,15 +401,14 @@ impl Told<'_> {
 }
 
 /// Light paths for each camera sample by which the error falls fastest, given the variance of camera samples, and noise × time then.
-fn best_light_share(camera: f64, told: &Told, joined: f32) -> (f32, f64) {
+fn best_light_share(camera: f64, told: &Told, joined: f32, shares: &[f32]) -> (f32, f64) {
     let effort = |share: f32| {
         let of_light = f64::from(share);
         let cost = COST_OF_CAMERA + f64::from(joined) * COST_OF_JOINING + of_light * COST_OF_LIGHT;
         (camera + told.rare(of_light) + told.noise(of_light)) * cost
     };
-    let least = LIGHT_SHARES
-        .map(|share| (share, effort(share)))
-        .into_iter()
+    let least = { shares.iter() }
+        .map(|&share| (share, effort(share)))
         .min_by(|a, b| a.1.total_cmp(&b.1));
     least.unwrap_or((1.0, f64::INFINITY))
 }
@@ -456,3 +492,6 @@ impl Blocks {
         self.corner(block) + self.size(block) / 2
     }
 }
+
+#[cfg(test)]
+mod tests;

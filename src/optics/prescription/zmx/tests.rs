@@ -296,12 +296,13 @@ fn indices_are_those_of_the_primary_wavelength() {
         p.warnings
     );
     // The d line as files round it, and none; the thickness makes 1e-9.
+    let of_bk7 = glass::named("N-BK7").unwrap().index;
     for head in ["WAVM 1 5.876E-1 1", "WAVM 1 0.587 1", "", "PWAV 9"] {
-        assert!((index_of(head, "N-BK7").0 - 1.5168).abs() < 1e-8, "{head}");
+        assert!((index_of(head, "N-BK7").0 - of_bk7).abs() < 1e-8, "{head}");
     }
     let (n, p) = index_of("WAVM 1 0 1", "N-BK7");
     assert!(
-        (n - 1.5168).abs() < 1e-8 && p.warnings[0].line == 3,
+        (n - of_bk7).abs() < 1e-8 && p.warnings[0].line == 3,
         "{:?}",
         p.warnings
     );
