@@ -29,7 +29,7 @@ impl Realistic {
 
 impl RealisticSpec {
     /// What the spec alone tells of that.
-    fn photograph(&self, film: &FilmGeometry) -> Photograph {
+    pub(super) fn photograph(&self, film: &FilmGeometry) -> Photograph {
         let lens = &self.lens;
         let paraxial = lens.paraxial();
         let diagonal = self.diagonal(film);
