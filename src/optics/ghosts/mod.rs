@@ -8,9 +8,9 @@
 
 mod table;
 
-#[cfg(test)]
-pub(crate) use table::parallel;
 pub use table::{GhostRow, GhostTable, table};
+#[cfg(test)]
+pub(crate) use table::{parallel, reach};
 
 use super::coating::{Boundary, Coating};
 use super::element::{Split, Toward};

@@ -1,6 +1,7 @@
 //! The ghosts of a distant lamp, one row for each.
 
 use super::Ghosts;
+use crate::optics::Surface;
 use crate::optics::f_number::working_number;
 use crate::optics::trace::LensRay;
 use serde::Serialize;
@@ -71,13 +72,19 @@ pub(super) fn rows(ghosts: &Ghosts, degrees: f64) -> Vec<GhostRow> {
     rows
 }
 
+/// From the axis to the farthest that light of a distant lamp crosses the plane of the first vertex which meets the surface within its rim, mm.
+pub(crate) fn reach(front: &Surface, degrees: f64) -> f64 {
+    let radius = front.clear_radius();
+    radius + front.sag(radius).abs() * degrees.to_radians().tan().abs()
+}
+
 /// Rays of a distant lamp over the clear aperture of the first surface, in the y-z plane.
 pub(crate) fn parallel(ghosts: &Ghosts, degrees: f64) -> Vec<LensRay<f64>> {
     let Some(front) = ghosts.lens.surfaces().first() else {
         return Vec::new();
     };
     let (sin, cos) = degrees.to_radians().sin_cos();
-    let radius = front.clear_radius();
+    let radius = reach(front, degrees);
     let place = |k: usize| radius * (2.0 * (k as f64 + 0.5) / RAYS as f64 - 1.0);
     let all = (0..RAYS * RAYS).map(|k| [place(k % RAYS), place(k / RAYS)]);
     let inside = all.filter(|[x, y]| x * x + y * y <= radius * radius);
