@@ -118,7 +118,7 @@ fn difference(walks: u64) -> f64 {
     let prescription = Prescription::parse(LENS).unwrap();
     let film_distance = Lens::focused(&prescription, f64::INFINITY).unwrap();
     let lens = Lens::new(&prescription, film_distance).unwrap();
-    let ghosts = Ghosts::new(&lens, None);
+    let ghosts = Ghosts::new(lens.clone(), None);
     let rays = [
         (0.0, 0.5, 0.0),
         (2.0, -3.0, 4.0),
