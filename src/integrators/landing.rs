@@ -4,7 +4,7 @@ use super::LightJob;
 use crate::film::PixelBounds;
 use crate::math::{UVec2, Vec2};
 
-/// Whether any pixel's filter may reach the film point, as it is or around the edge of the image.
+/// Returns `true` if any pixel's filter may reach the film point, as it is or around the edge of the image.
 pub(super) fn reaches_film(job: &LightJob, raster: Vec2) -> bool {
     let PixelBounds { min, max } = job.bounds;
     let reach = job.filter.radius();

@@ -258,7 +258,7 @@ fn the_report_says_what_was_set() {
     let mut s = spec(DGAUSS, 17.1, Some(36.77), Form::Course);
     let text = camera(&s, &film).describe(&film).join("\n");
     assert!(
-        text.contains("focal length 50.358 mm, f/2.04 (stop 17.1 mm)"),
+        text.contains("focal length 50.358 mm, effective f/2.04 (stop 17.1 mm)"),
         "{text}"
     );
     assert!(
