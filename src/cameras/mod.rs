@@ -156,7 +156,7 @@ impl CameraSpec {
         }
     }
 
-    /// Returns `true` if it is asked for ghosts.
+    /// Returns `true` if ghosts are requested.
     pub fn has_ghosts(&self) -> bool {
         matches!(self, CameraSpec::Realistic(spec) if spec.ghosts)
     }

@@ -308,7 +308,7 @@ pub(super) struct Wish {
     pub place: Option<Span>,
 }
 
-/// What is asked for, if anything. `point` comes from the command line, and wins.
+/// What is requested, if anything. `point` comes from the command line, and wins.
 pub(super) fn wish(params: &ParamReader, point: Option<[f64; 2]>) -> Option<Wish> {
     let object = params.find_string("focusobject").map(str::to_string);
     let image = object.as_ref().map(|_| vec![Zone::Image]);

@@ -26,7 +26,7 @@ use crate::surface::ReferencePoint;
 
 /// Rays that are traced to find out what pairs bring, over all pairs; at least so many for each.
 const SURVEY: usize = 1 << 16;
-const LEAST_RAYS: usize = 1 << 8;
+const MIN_RAYS: usize = 1 << 8;
 
 /// The part of the choice that is even: a pair that the sky hardly sees may be all that a lamp makes.
 const EVEN_SHARE: f64 = 0.2;
@@ -68,7 +68,7 @@ impl Realistic {
             let ghosts = self.main.ghosts.as_deref().filter(|_| self.connects())?;
             let cap = Cap::new(&self.main.lens)?;
             let pairs: Vec<(usize, usize)> = ghosts.pairs().collect();
-            let count = (SURVEY / pairs.len().max(1)).max(LEAST_RAYS);
+            let count = (SURVEY / pairs.len().max(1)).max(MIN_RAYS);
             let rays: Vec<LensRay<f64>> = sky(&cap, count).collect();
             let brought = |pair: &(usize, usize)| -> f64 {
                 let arrivals = rays.iter().filter_map(|ray| ghosts.trace(ray, *pair));

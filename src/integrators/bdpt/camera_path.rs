@@ -134,7 +134,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         }
     }
 
-    /// Whether nothing can come after the vertex: the next could only be on a light, and there is none to be met. Where light leaves a
+    /// Returns `true` if nothing can come after the vertex: the next could only be on a light, and there is none to be met. Where light leaves a
     /// material again is a vertex after the same scattering event.
     fn is_spent(&self) -> bool {
         let world = self.context.world;

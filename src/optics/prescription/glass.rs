@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn makers_formulas_have_their_abbe_numbers() {
+    fn makers_formulas_give_their_indices() {
         for line in include_str!("makers.agf").lines() {
             let words: Vec<&str> = line.split_whitespace().collect();
             let ["NM", name, _, _, index, abbe] = words[..] else {
@@ -309,7 +309,7 @@ mod tests {
             };
             let glass = named(name).unwrap();
             let at = |line| glass.formula.unwrap().dispersion.index(line);
-            // The catalogs print n_d to five digits, some to four, and fit their formulas to the sixth; V_d has two more.
+            // The catalogs print n_d to five digits, some to four. V_d is by the same formula, evaluated by another program, to four digits.
             let [index, abbe]: [f64; 2] = [index, abbe].map(|x| x.parse().unwrap());
             assert!((at(LINE_D) - index).abs() < 6e-5, "{name}");
             let found = (at(LINE_D) - 1.0) / (at(LINE_F) - at(LINE_C));
