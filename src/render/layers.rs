@@ -10,11 +10,11 @@ use crate::samplers::SampleStream;
 
 /// What a sample shows.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct Seen<'w> {
     /// The surfaces that it meets.
     pub surface: Option<LayerSample>,
     /// What it brings, by layers of light.
-    pub parts: Option<LightParts>,
+    pub parts: Option<&'w LightParts>,
 }
 
 /// Looks at one of many paths that are traced together.
@@ -32,23 +32,23 @@ impl Look {
     }
 
     /// What a camera ray shows, or `None`, which has not left the lens; see [`seen`].
-    pub(super) fn seen(mut self, job: &RenderJob, ray: Option<&CameraRay>, spacing: f32) -> Seen {
+    pub(super) fn seen(&self, job: &RenderJob, ray: Option<&CameraRay>, spacing: f32) -> Seen<'_> {
         match ray {
-            Some(ray) => seen(job, (ray, spacing), self.stream, &mut self.watch),
+            Some(ray) => seen(job, (ray, spacing), self.stream, &self.watch),
             None => Seen::default(),
         }
     }
 }
 
 /// Of a ray that has left the lens and whose path `watch` has looked at, of samples this far apart, in pixels; see [`sample`].
-pub(super) fn seen(
+pub(super) fn seen<'w>(
     job: &RenderJob,
     camera_ray: (&CameraRay, f32),
     stream: SampleStream,
-    watch: &mut Watch,
-) -> Seen {
+    watch: &'w Watch,
+) -> Seen<'w> {
     Seen {
-        parts: watch.parts.take(),
+        parts: watch.parts.as_ref(),
         surface: sample(job, camera_ray, stream, watch),
     }
 }
@@ -59,14 +59,14 @@ fn sample(
     job: &RenderJob,
     (camera_ray, spacing): (&CameraRay, f32),
     stream: SampleStream,
-    watch: &mut Watch,
+    watch: &Watch,
 ) -> Option<LayerSample> {
     let ray = &camera_ray.ray;
     let trace = || {
         let differentials = camera_ray.scaled_differentials(spacing);
         first_surfaces(&job.world, ray, differentials.as_ref(), stream)
     };
-    let known = watch.sight.take().as_ref().and_then(Sight::known);
+    let known = watch.sight.as_ref().and_then(Sight::known);
     let found = known.unwrap_or_else(trace)?;
     let parameters = || job.world.surface_parameters(&found.ray, &found.found);
     let uv = match job.film.layers.contains(Layer::Uv) {

@@ -233,14 +233,15 @@ fn sample_tile(
             let own = (&mut workspace, looks.as_mut_slice());
             let radiances = radiances((job, &all), camera, &mut waiting, own);
             let mut radiances = radiances.into_iter();
-            let mut looks = looks.drain(..);
+            let mut seen_by = looks.iter();
             for (waiting, ray) in waiting.drain(..).zip(&rays) {
                 let radiance = ray.as_ref().and_then(|_| radiances.next());
-                let seen = looks
+                let seen = seen_by
                     .next()
                     .map(|look| look.seen(job, ray.as_ref(), all.spacing));
                 waiting.finish(ray.as_ref(), radiance.unwrap_or_default(), seen, tile);
             }
+            looks.clear();
         }
         samples.clear();
         rays.clear();
@@ -376,14 +377,14 @@ impl PendingSample {
     }
 
     /// Follows the path by itself, unless it ends in the camera: its radiance, and what layers show of it, where any are wanted.
-    fn trace(
+    fn trace<'w>(
         &mut self,
         (job, all): (&RenderJob, &OfAll),
         sample: &CameraSample,
         ray: Option<&CameraRay>,
-        (workspace, watch): (&mut Workspace, &mut Watch),
+        (workspace, watch): (&mut Workspace, &'w mut Watch),
         has_layers: bool,
-    ) -> (Rgb, Option<Seen>) {
+    ) -> (Rgb, Option<Seen<'w>>) {
         let Some(camera_ray) = ray else {
             watch.count(|counts| counts.blocked += 1);
             return (Rgb::ZERO, has_layers.then(Seen::default));
@@ -402,9 +403,9 @@ impl PendingSample {
             workspace,
             Some(watch),
         );
+        watch.count(Counts::end_path);
         let seen =
             has_layers.then(|| layers::seen(job, (camera_ray, all.spacing), untouched, watch));
-        watch.count(Counts::end_path);
         (radiance, seen)
     }
 
