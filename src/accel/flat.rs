@@ -7,12 +7,12 @@ use super::level::StoredMesh;
 use super::primitive::PrimitiveId;
 use super::search::ClosestHit;
 use super::{Geometry, PrimitiveAttributes};
-use crate::math::Vec3;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
+use crate::math::{Vec2, Vec3};
 use crate::shapes::local::Local;
 use crate::shapes::triangle::{Orientation, Triangle};
 
@@ -30,6 +30,13 @@ impl FlatTriangle<'_> {
     /// Those of its mesh.
     pub(crate) fn attributes(&self) -> &PrimitiveAttributes {
         &self.mesh.attributes
+    }
+
+    /// The parameters (u, v) of where `ray` meets it, those of its whole [`crate::surface::SurfaceHit`].
+    pub(crate) fn parameters(&self, ray: &Ray) -> Vec2 {
+        let triangle = self.mesh.triangle(self.i);
+        let b = triangle.nearest(ray.o.as_dvec3(), ray.d.as_dvec3());
+        triangle.uv_at(b).as_vec2()
     }
 }
 

@@ -163,7 +163,7 @@ impl Triangle {
     /// Barycentric coordinates of where the line `o + t d` meets the triangle; of its middle if the line lies in its
     /// plane, where any point will do.
     #[inline(always)]
-    pub(super) fn nearest(&self, o: DVec3, d: DVec3) -> [f64; 3] {
+    pub(crate) fn nearest(&self, o: DVec3, d: DVec3) -> [f64; 3] {
         self.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3])
     }
 
