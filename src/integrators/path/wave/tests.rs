@@ -188,6 +188,26 @@ fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryH
 }
 
 #[test]
+fn a_flat_triangle_has_the_parameters_of_its_whole_surface() {
+    let mut compared = 0;
+    for (text, seed) in [ROOM_WITH_LAMPS, OUTDOORS].into_iter().zip(0..) {
+        let job = job(text);
+        let geometry = &job.world.geometry;
+        for (ray, _) in flat_hits(&job, seed).1 {
+            let mut found = [None];
+            job.world.closest(std::slice::from_ref(&ray), &mut found);
+            let found = found[0].take().expect("a hit");
+            let uv = job.world.surface_parameters(&ray, &found);
+            let whole = geometry.whole(&ray, &found).expect("a surface");
+            let bits = |uv: Vec2| uv.to_array().map(f32::to_bits);
+            assert_eq!(bits(uv), bits(whole.surface.uv), "{ray:?}");
+            compared += 1;
+        }
+    }
+    assert_eq!(compared, 2 * WAVE);
+}
+
+#[test]
 fn all_instructions_find_the_same_points_and_directions() {
     let (mut grazing, mut gone_on) = (0, 0);
     for (text, seed) in [ROOM_WITH_LAMPS, OUTDOORS].into_iter().zip(0..) {
