@@ -233,10 +233,10 @@ fn sample_tile(
             let own = (&mut workspace, looks.as_mut_slice());
             let radiances = radiances((job, &all), camera, &mut waiting, own);
             let mut radiances = radiances.into_iter();
-            let mut seen_by = looks.iter();
+            let mut looked = looks.iter();
             for (waiting, ray) in waiting.drain(..).zip(&rays) {
                 let radiance = ray.as_ref().and_then(|_| radiances.next());
-                let seen = seen_by
+                let seen = looked
                     .next()
                     .map(|look| look.seen(job, ray.as_ref(), all.spacing));
                 waiting.finish(ray.as_ref(), radiance.unwrap_or_default(), seen, tile);

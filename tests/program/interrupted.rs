@@ -27,8 +27,19 @@ fn render(scene: &str, output: &Path, more: &[&str]) -> Run {
 
 /// A render that is under way: it has written work to its checkpoint.
 fn started(scene: &str, output: &Path, checkpoint: &Path, more: &[&str]) -> Child {
+    started_beyond(4096, scene, output, checkpoint, more)
+}
+
+/// The same, when the checkpoint has more than so many bytes, too.
+fn started_beyond(
+    least: u64,
+    scene: &str,
+    output: &Path,
+    checkpoint: &Path,
+    more: &[&str],
+) -> Child {
     let size = || checkpoint.metadata().map_or(0, |found| found.len());
-    let before = size().max(4096);
+    let before = size().max(least);
     let name = output.display().to_string();
     let mut child = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
         .args(arguments(scene, &name, more))
@@ -203,16 +214,8 @@ fn a_checkpoint_knows_what_it_is_of() {
     let reference = folder.path("reference.exr");
     assert_eq!(render(&scene, &reference, &["--no-checkpoint"]).code, 0);
 
-    let mut child = started(&scene, &output, &checkpoint, &more);
     // A file that holds no whole record yet, of some 14 kB here, may be replaced by any render: it holds no work.
-    let is_short = || {
-        checkpoint
-            .metadata()
-            .is_ok_and(|found| found.len() < 40_000)
-    };
-    while is_short() && child.try_wait().expect("a child").is_none() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    let mut child = started_beyond(40_000, &scene, &output, &checkpoint, &more);
     child.kill().expect("it can be killed");
     child.wait().expect("a child");
     let kept = std::fs::read(&checkpoint).expect("a checkpoint");

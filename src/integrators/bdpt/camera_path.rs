@@ -134,8 +134,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         }
     }
 
-    /// Returns `true` if nothing can come after the vertex: the next could only be on a light, and there is none to be met. Where light leaves a
-    /// material again is a vertex after the same scattering event.
+    /// Returns `true` if nothing can come after the vertex: the next could only be on a light, and there is none to be met.
+    /// Where light leaves a material again is a vertex after the same scattering event.
     fn is_spent(&self) -> bool {
         let world = self.context.world;
         self.walk.depth + 1 >= self.bdpt.max_depth
