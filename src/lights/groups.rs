@@ -119,7 +119,7 @@ mod tests {
             position: DVec3::ONE,
             intensity: Rgb::ONE,
         };
-        Light::Point(PointLight::new(&spec, None, &Transform::IDENTITY))
+        Light::Point(Box::new(PointLight::new(&spec, None, &Transform::IDENTITY)))
     }
 
     /// Triangles whose areas grow from the first, which has none.

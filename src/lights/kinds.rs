@@ -45,10 +45,11 @@ macro_rules! light_types {
             }
         }
 
-        /// A light source in render space.
+        /// A light source in render space. Of many lights nearly all are shapes, and all take as much memory as the largest type: the
+        /// others are apart.
         #[derive(Clone, Debug)]
         pub enum Light {
-            $(#[doc = concat!("`", $name, "`")] $Type($Light),)*
+            $(#[doc = concat!("`", $name, "`")] $Type(Box<$Light>),)*
             $(#[doc = "A shape that emits."] $Area($AreaLight),)*
         }
 
@@ -57,7 +58,7 @@ macro_rules! light_types {
             /// ([`LightSpec::map`]) and whose file could be read.
             pub fn new(spec: &LightSpec, map: Option<LightMap>, render_from_world: &Transform) -> Light {
                 match &spec.kind {
-                    $(LightKind::$Type(s) => Light::$Type($Light::new(s, map, render_from_world)),)*
+                    $(LightKind::$Type(s) => Light::$Type(Box::new($Light::new(s, map, render_from_world))),)*
                 }
             }
 
@@ -204,5 +205,16 @@ light_types! {
     }
     areas {
         DiffuseArea(DiffuseAreaLight),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_light_of_many_is_small() {
+        // Corners, normals where there are any, radiance, samples and group of a mesh's triangle.
+        assert!(size_of::<Light>() <= 80);
     }
 }

@@ -55,8 +55,7 @@ fn fov(reader: &ParamReader) -> f64 {
 pub struct ProjectionLight {
     p: Vec3,
     intensity: Rgb,
-    /// Apart: few of many lights are projectors, and all take as much memory as the largest kind.
-    map: Option<Box<LightMap>>,
+    map: Option<LightMap>,
     light_from_render: Mat3,
     /// Unit axis, render space.
     axis: Vec3,
@@ -98,7 +97,7 @@ impl ProjectionLight {
             solid_angle: (4.0 * (a * b / (1.0 + a * a + b * b + a * a * b * b).sqrt()).asin())
                 as f32,
             half,
-            map: map.map(Box::new),
+            map,
             density: None,
         }
     }

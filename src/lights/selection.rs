@@ -200,7 +200,7 @@ mod tests {
             position,
             intensity: Rgb::splat(intensity),
         };
-        Light::Point(PointLight::new(&spec, None, &Transform::IDENTITY))
+        Light::Point(Box::new(PointLight::new(&spec, None, &Transform::IDENTITY)))
     }
 
     fn sky() -> Light {
@@ -209,7 +209,11 @@ mod tests {
             radiance: Rgb::splat(0.2),
             samples: 1,
         };
-        Light::Infinite(InfiniteLight::new(&spec, None, &Transform::IDENTITY))
+        Light::Infinite(Box::new(InfiniteLight::new(
+            &spec,
+            None,
+            &Transform::IDENTITY,
+        )))
     }
 
     fn sun() -> Light {
@@ -217,7 +221,11 @@ mod tests {
             toward: DVec3::Y,
             irradiance: Rgb::ONE,
         };
-        Light::Distant(DistantLight::new(&spec, None, &Transform::IDENTITY))
+        Light::Distant(Box::new(DistantLight::new(
+            &spec,
+            None,
+            &Transform::IDENTITY,
+        )))
     }
 
     fn spot() -> Light {
@@ -229,7 +237,7 @@ mod tests {
             cone_angle: 20.0,
             cone_delta_angle: 0.0,
         };
-        Light::Spot(SpotLight::new(&spec, None, &Transform::IDENTITY))
+        Light::Spot(Box::new(SpotLight::new(&spec, None, &Transform::IDENTITY)))
     }
 
     /// A strip of triangles facing up.

@@ -155,7 +155,7 @@ impl Emitter {
     #[inline]
     fn area_around(&self, n: Vec3) -> f64 {
         match self {
-            Emitter::Triangle(triangle) => triangle.area,
+            Emitter::Triangle(triangle) => triangle.area(),
             Emitter::Parallelogram(piece) => piece.area,
             Emitter::Sphere(sphere) => sphere.area(),
             Emitter::Quadric(quadric) => quadric.area_around(n.as_dvec3()),
@@ -165,7 +165,7 @@ impl Emitter {
     /// Surface area in world units squared.
     pub fn area(&self) -> f64 {
         match self {
-            Emitter::Triangle(triangle) => triangle.area,
+            Emitter::Triangle(triangle) => triangle.area(),
             Emitter::Parallelogram(piece) => piece.area,
             Emitter::Sphere(sphere) => sphere.area(),
             Emitter::Quadric(quadric) => quadric.area,
@@ -258,9 +258,6 @@ pub struct TriangleEmitter {
     /// Unit normals at the corners: they decide the side that shines.
     normals: Option<Box<[Vec3; 3]>>,
     orientation: Orientation,
-    /// Unit normal of the side that shines where there are no others.
-    face: DVec3,
-    area: f64,
 }
 
 impl TriangleEmitter {
@@ -270,16 +267,22 @@ impl TriangleEmitter {
         normals: Option<[Vec3; 3]>,
         orientation: Orientation,
     ) -> TriangleEmitter {
-        let [a, b, c] = p.map(Vec3::as_dvec3);
-        let cross = (b - a).cross(c - a);
-        let face = cross.normalize_or(DVec3::Z);
         TriangleEmitter {
             p,
             normals: normals.map(Box::new),
             orientation,
-            face: orientation.geometric(face),
-            area: 0.5 * cross.length(),
         }
+    }
+
+    /// The cross product of two edges. Of many lights what follows from it takes more memory than time.
+    #[inline]
+    fn cross(&self) -> DVec3 {
+        let [a, b, c] = self.p.map(Vec3::as_dvec3);
+        (b - a).cross(c - a)
+    }
+
+    fn area(&self) -> f64 {
+        0.5 * self.cross().length()
     }
 
     #[inline]
@@ -289,26 +292,29 @@ impl TriangleEmitter {
         let corners = self.p.map(Vec3::as_dvec3);
         let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
         let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
+        let cross = self.cross();
         AreaPoint {
             p,
             error: largest * (8.0 * f64::EPSILON),
-            n: self.normal(b),
-            area: self.area,
+            n: self.normal(cross, b),
+            area: 0.5 * cross.length(),
         }
     }
 
     /// The normal at `b` on the side that [`Triangle::surface`](super::triangle::Triangle::surface) has there.
-    fn normal(&self, b: [f64; 3]) -> DVec3 {
+    fn normal(&self, cross: DVec3, b: [f64; 3]) -> DVec3 {
+        // That of the side that shines where there are no others.
+        let face = self.orientation.geometric(cross.normalize_or(DVec3::Z));
         let Some(normals) = self.normals.as_deref() else {
-            return self.face;
+            return face;
         };
         let [x, y, z] = normals.map(Vec3::as_dvec3);
         let n = x * b[0] + y * b[1] + z * b[2];
         // Where they cancel the corners' order decides.
-        if self.orientation.shading(n).dot(self.face) < 0.0 && n.try_normalize().is_some() {
-            -self.face
+        if self.orientation.shading(n).dot(face) < 0.0 && n.try_normalize().is_some() {
+            -face
         } else {
-            self.face
+            face
         }
     }
 }

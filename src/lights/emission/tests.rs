@@ -135,7 +135,7 @@ fn spot(cone_angle: f64, cone_delta_angle: f64, light_to_world: Transform) -> Li
         cone_angle,
         cone_delta_angle,
     };
-    Light::Spot(SpotLight::new(&spec, None, &Transform::IDENTITY))
+    Light::Spot(Box::new(SpotLight::new(&spec, None, &Transform::IDENTITY)))
 }
 
 fn projection(map: Option<LightMap>, fov: f64, light_to_world: Transform) -> Light {
@@ -144,7 +144,11 @@ fn projection(map: Option<LightMap>, fov: f64, light_to_world: Transform) -> Lig
         intensity: Rgb::new(2.0, 1.0, 0.5),
         fov,
     };
-    Light::Projection(ProjectionLight::new(&spec, map, &Transform::IDENTITY))
+    Light::Projection(Box::new(ProjectionLight::new(
+        &spec,
+        map,
+        &Transform::IDENTITY,
+    )))
 }
 
 fn goniometric(map: Option<LightMap>, light_to_world: Transform) -> Light {
@@ -152,7 +156,11 @@ fn goniometric(map: Option<LightMap>, light_to_world: Transform) -> Light {
         light_to_world,
         intensity: Rgb::new(1.0, 2.0, 3.0),
     };
-    Light::Goniometric(GoniometricLight::new(&spec, map, &Transform::IDENTITY))
+    Light::Goniometric(Box::new(GoniometricLight::new(
+        &spec,
+        map,
+        &Transform::IDENTITY,
+    )))
 }
 
 fn infinite(map: Option<LightMap>, light_to_world: Transform) -> Light {
@@ -161,7 +169,11 @@ fn infinite(map: Option<LightMap>, light_to_world: Transform) -> Light {
         radiance: Rgb::new(0.5, 0.4, 0.3),
         samples: 1,
     };
-    Light::Infinite(InfiniteLight::new(&spec, map, &Transform::IDENTITY))
+    Light::Infinite(Box::new(InfiniteLight::new(
+        &spec,
+        map,
+        &Transform::IDENTITY,
+    )))
 }
 
 fn distant(light_to_world: Transform) -> Light {
@@ -171,7 +183,11 @@ fn distant(light_to_world: Transform) -> Light {
             .normalize(),
         irradiance: Rgb::new(3.0, 2.0, 1.0),
     };
-    Light::Distant(DistantLight::new(&spec, None, &Transform::IDENTITY))
+    Light::Distant(Box::new(DistantLight::new(
+        &spec,
+        None,
+        &Transform::IDENTITY,
+    )))
 }
 
 fn point() -> Light {
@@ -179,7 +195,7 @@ fn point() -> Light {
         position: DVec3::new(0.3, 0.1, -0.2),
         intensity: Rgb::new(1.0, 2.0, 3.0),
     };
-    Light::Point(PointLight::new(&spec, None, &Transform::IDENTITY))
+    Light::Point(Box::new(PointLight::new(&spec, None, &Transform::IDENTITY)))
 }
 
 /// Lights without area, under one transformation, whose images are prepared or not, with the errors of their fluxes.
@@ -891,7 +907,9 @@ fn black_lights_and_none_bring_nothing() {
         position: DVec3::ZERO,
         intensity: Rgb::ZERO,
     };
-    let light = |spec: &PointSpec| Light::Point(PointLight::new(spec, None, &Transform::IDENTITY));
+    let light = |spec: &PointSpec| {
+        Light::Point(Box::new(PointLight::new(spec, None, &Transform::IDENTITY)))
+    };
     assert!(light(&spec).emit(&SCENE, Vec2::ZERO, Vec2::ZERO).is_none());
     spec.intensity = Rgb::new(f32::INFINITY, 0.0, 1.0);
     assert!(light(&spec).emit(&SCENE, Vec2::ZERO, Vec2::ZERO).is_none());
