@@ -209,13 +209,10 @@ impl Frame {
     /// without a pixel; threads that the system does not give.
     pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
         options.apply(&mut self.frame).map_err(Problems::one)?;
-        let mut options = options.clone();
         if self.frame.options.integrator.spec.gathers_photons() {
-            keep_nothing(&mut options.checkpoint).map_err(Problems::one)?;
-            promise_nothing(&options).map_err(Problems::one)?;
+            promise_nothing(options).map_err(Problems::one)?;
             see_nothing(&self.frame.options.film).map_err(Problems::one)?;
         }
-        let options = &options;
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let wanted = frame.options.film.layers;
@@ -284,18 +281,7 @@ impl About {
     }
 }
 
-/// No checkpoint for `sppm`, whose pixels change with every iteration; one that was asked for is refused.
-fn keep_nothing(checkpoint: &mut Option<Checkpoint>) -> Result<(), &'static str> {
-    match checkpoint.take() {
-        Some(Checkpoint { after, .. }) if after.is_zero() => Err(
-            "--checkpoint: iterations of `sppm` cannot be continued: leave the option out; a long render is ended by \
-             --time, or by an interrupt, with the image so far",
-        ),
-        _ => Ok(()),
-    }
-}
-
-/// Nor a bound on the error: pixels that share photons do not tell each other's noise.
+/// No bound on the error of `sppm`: pixels that share photons do not tell each other's noise.
 fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
     match options.confidence {
         Some(_) => Err(
