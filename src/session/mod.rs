@@ -216,7 +216,7 @@ impl Frame {
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let wanted = frame.options.film.layers;
-        let light_groups = light_groups(&frame).map_err(Problems::one)?;
+        let light_layers = light_layers(&frame).map_err(Problems::one)?;
         let names = wanted
             .has_mattes()
             .then(|| Names::of(&frame, &about.sources));
@@ -229,7 +229,7 @@ impl Frame {
         if wanted.contains(Layer::Motion) && !scene.job.camera.connects() {
             return Err(Problems::one(NO_MOTION));
         }
-        scene.metadata.light_groups = light_groups;
+        scene.metadata.light_layers = light_layers;
         if let Some(names) = &names {
             name_things(&mut scene, names);
         }
@@ -293,16 +293,17 @@ fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
 }
 
 /// What the layers of light are called, if any are wanted.
-fn light_groups(frame: &scene::Frame) -> Result<Vec<String>, &'static str> {
-    let names = &frame.light_groups.names;
-    match frame.layers().lights() {
+fn light_layers(frame: &scene::Frame) -> Result<Vec<String>, &'static str> {
+    let names = frame.light_groups.names.iter().map(String::as_str);
+    let strategies = frame.options.integrator.spec.strategies();
+    match frame.options.film.layers.lights() {
         0 => Ok(Vec::new()),
-        _ if names.is_empty() => Err(
+        _ if !strategies.is_empty() => Ok(strategies),
+        _ if names.len() == 0 => Err(
             "--aov lights: no light of the scene is in a group: say, `LightSource \"point\" \"string group\" \"key\"`, or leave the layer out",
         ),
-        _ => Ok([NO_GROUP.to_string()]
-            .into_iter()
-            .chain(names.clone())
+        _ => Ok({ [NO_GROUP].into_iter().chain(names) }
+            .map(|group| format!("light_{group}"))
             .collect()),
     }
 }

@@ -135,10 +135,8 @@ fn a_stop_within_an_iteration_changes_no_bit() {
         }
         let render = |options: &RenderOptions, stop_after: u64| {
             let stop = Arc::new(AtomicBool::new(false));
-            let options = RenderOptions {
-                stop: Some(Arc::clone(&stop)),
-                ..options.clone()
-            };
+            let mut options = options.clone();
+            options.stop = Some(Arc::clone(&stop));
             let scene = Scene::load(PHOTONS, &ReadOptions::default());
             let frame = scene.expect("a scene").into_frames().remove(0);
             let prepared = frame.prepare(&options).expect("a frame");

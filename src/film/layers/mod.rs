@@ -114,9 +114,9 @@ impl Layer {
     }
 }
 
-/// The channels of a group of lights.
-pub(super) fn light_channels(group: &str) -> [String; 3] {
-    ["R", "G", "B"].map(|component| format!("light_{group}.{component}"))
+/// The channels of a layer of light.
+pub(super) fn light_channels(layer: &str) -> [String; 3] {
+    ["R", "G", "B"].map(|component| format!("{layer}.{component}"))
 }
 
 /// What the light of lights without a group is called.
@@ -136,8 +136,8 @@ impl LayerSet {
         lights: 0,
     };
 
-    /// Most groups of lights, with [`NO_GROUP`].
-    pub const MOST_LIGHTS: usize = 16;
+    /// Most groups of lights, with [`NO_GROUP`], or strategies of `bdpt`.
+    pub const MOST_LIGHTS: usize = 26;
 
     /// These and `layer`.
     #[must_use]
