@@ -131,13 +131,22 @@ impl LayerPixels {
     }
 }
 
+/// The sums of a leaf: of all layers, wanted or not, in the order of [`Layer::ALL`], but for those of light.
+type Leaf = [f64; ALL_SUMS];
+
+/// How many, up to a whole vector of numbers.
+const ALL_SUMS: usize = 20;
+
 /// The layers of a tile, to which the samples of a pixel are added one after the other.
 #[derive(Clone, Debug)]
 pub(in super::super) struct TileLayers {
     pub(in super::super) pixels: LayerPixels,
-    leaf: Sums,
+    leaf: Leaf,
+    lights: Sums,
     in_leaf: u32,
     leaves: Pairwise<Sums>,
+    /// Which sums of a leaf are wanted.
+    wanted: ArrayVec<u8, ALL_SUMS>,
 }
 
 impl TileLayers {
@@ -145,14 +154,17 @@ impl TileLayers {
         let pixels = LayerPixels::new(set, pixels)?;
         Some(Box::new(TileLayers {
             pixels,
-            leaf: zeros(set),
+            leaf: [0.0; ALL_SUMS],
+            lights: zeros(3 * set.lights()),
             in_leaf: 0,
             leaves: Pairwise::default(),
+            wanted: wanted(set),
         }))
     }
 
     /// Adds a sample of a pixel: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing. `lights` is what it
     /// brings to the pixel, by layers of light.
+    #[inline(always)]
     pub(in super::super) fn add(
         &mut self,
         pixel: usize,
@@ -160,85 +172,102 @@ impl TileLayers {
         sample: Option<Option<&LayerSample>>,
         lights: &[Rgb],
     ) {
-        self.leaf.0[3] += 1.0;
-        if let Some(found) = sample {
-            self.leaf.0[0] += 1.0;
-            if let Some(found) = found {
-                self.add_found(f64::from(weight), found);
+        match sample {
+            Some(Some(found)) => {
+                add_found(&mut self.leaf, f64::from(weight), found);
                 self.cover(pixel, weight, found);
             }
+            Some(None) => add(&mut self.leaf, &[1.0, 0.0, 0.0, 1.0]),
+            None => self.leaf[3] += 1.0,
         }
-        let own = self.pixels.set.light_sums(&mut self.leaf.0);
-        add_lights(own, lights.iter().map(|light| light.as_dvec3()));
+        let lights = lights.iter().map(|light| light.as_dvec3());
+        add_lights(&mut self.lights.0, lights);
         self.in_leaf += 1;
         if self.in_leaf == PixelSum::LEAF {
             self.next_leaf();
         }
     }
 
-    fn add_found(&mut self, weight: f64, sample: &LayerSample) {
-        let set = self.pixels.set;
-        let mut rest = self.leaf.0.as_mut_slice();
-        let mut add = |more: &[f64]| {
-            if let Some((own, others)) = std::mem::take(&mut rest).split_at_mut_checked(more.len())
-            {
-                { own.iter_mut().zip(more) }.for_each(|(sum, more)| *sum += more);
-                rest = others;
-            }
-        };
-        add(&[0.0, weight, 1.0, 0.0]);
-        if set.contains(Layer::Albedo) {
-            add(&(sample.albedo.as_dvec3() * weight).to_array());
-        }
-        if set.contains(Layer::Normal) {
-            add(&(sample.normal.as_dvec3() * weight).to_array());
-        }
-        if set.contains(Layer::Depth) {
-            add(&[sample.depth]);
-        }
-        if set.contains(Layer::Position) {
-            add(&sample.position.to_array());
-        }
-        if set.contains(Layer::Uv) {
-            add(&sample.uv.as_dvec2().to_array());
-        }
-        if set.contains(Layer::Motion) {
-            add(&sample.motion.to_array());
-        }
-        if set.contains(Layer::Coc) {
-            add(&[sample.coc]);
-        }
-    }
-
+    #[inline(always)]
     fn cover(&mut self, pixel: usize, weight: f32, sample: &LayerSample) {
-        let ids = [sample.material, sample.instance];
-        for ((layer, coverage), id) in Layer::MATTES
-            .into_iter()
-            .zip(&mut self.pixels.mattes)
-            .zip(ids)
-        {
-            if self.pixels.set.contains(layer) {
-                coverage.add(pixel, id, weight);
-            }
+        let (set, [materials, instances]) = (self.pixels.set, &mut self.pixels.mattes);
+        if set.contains(Layer::Material) {
+            materials.add(pixel, sample.material, weight);
+        }
+        if set.contains(Layer::Instance) {
+            instances.add(pixel, sample.instance, weight);
         }
     }
 
+    #[inline(never)]
     fn next_leaf(&mut self) {
-        self.in_leaf = 0;
-        let leaf = std::mem::replace(&mut self.leaf, zeros(self.pixels.set));
+        let leaf = self.leaf();
         self.leaves.push(leaf);
+    }
+
+    /// The leaf as far as it is filled. Starts the next one.
+    fn leaf(&mut self) -> Sums {
+        self.in_leaf = 0;
+        let leaf = std::mem::replace(&mut self.leaf, [0.0; ALL_SUMS]);
+        let own = self.wanted.iter().map(|&place| leaf[usize::from(place)]);
+        let sums = Sums(own.chain(self.lights.0.iter().copied()).collect());
+        self.lights.0.fill(0.0);
+        sums
     }
 
     /// Pools what has been added for this pixel.
     pub(in super::super) fn close(&mut self, index: usize) {
-        let rest = (self.in_leaf > 0).then(|| {
-            self.in_leaf = 0;
-            std::mem::replace(&mut self.leaf, zeros(self.pixels.set))
-        });
+        let rest = (self.in_leaf > 0).then(|| self.leaf());
         if let Some(sums) = self.leaves.take(rest) {
             self.pixels.add(index, &sums.0);
         }
     }
+}
+
+/// Adds a sample that has met a surface. In one loop, whatever is wanted.
+#[inline(always)]
+fn add_found(leaf: &mut Leaf, weight: f64, sample: &LayerSample) {
+    let (albedo, normal) = (sample.albedo.as_dvec3(), sample.normal.as_dvec3());
+    let (position, uv) = (sample.position, sample.uv.as_dvec2());
+    let more: Leaf = [
+        1.0,
+        weight,
+        1.0,
+        1.0,
+        albedo.x * weight,
+        albedo.y * weight,
+        albedo.z * weight,
+        normal.x * weight,
+        normal.y * weight,
+        normal.z * weight,
+        sample.depth,
+        position.x,
+        position.y,
+        position.z,
+        uv.x,
+        uv.y,
+        sample.motion.x,
+        sample.motion.y,
+        sample.coc,
+        0.0,
+    ];
+    for (sum, more) in leaf.iter_mut().zip(more) {
+        *sum += more;
+    }
+}
+
+/// The places in a leaf of what these layers need.
+fn wanted(set: LayerSet) -> ArrayVec<u8, ALL_SUMS> {
+    let mut wanted: ArrayVec<u8, ALL_SUMS> = (0..SHARED as u8).collect();
+    let mut place = SHARED as u8;
+    for layer in Layer::ALL {
+        let end = place + layer.sums() as u8;
+        if set.contains(layer) {
+            wanted.extend(place..end);
+        }
+        place = end;
+    }
+    wanted
 }
 
 impl LayerSet {
@@ -255,8 +284,8 @@ fn add_lights(sums: &mut [f64], lights: impl Iterator<Item = DVec3>) {
     }
 }
 
-fn zeros(set: LayerSet) -> Sums {
-    Sums(std::iter::repeat_n(0.0, set.sums()).collect())
+fn zeros(count: usize) -> Sums {
+    Sums(std::iter::repeat_n(0.0, count).collect())
 }
 
 /// A layer of all pixels of an image.
