@@ -45,6 +45,7 @@ pub struct Sight {
     share: Rgb,
     specular: u32,
     state: State,
+    pub(super) wants_uv: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +67,7 @@ impl Default for Sight {
             share: Rgb::ONE,
             specular: 0,
             state: State::Looking,
+            wants_uv: false,
         }
     }
 }
@@ -89,16 +91,17 @@ impl Sight {
         }
     }
 
-    /// Meets, at `p`, a matte surface with this shading normal, of which nothing asks for (u, v).
+    /// Meets a matte surface with this shading normal, of which nothing but layers asks for (u, v).
+    #[inline(always)]
     pub(super) fn meet_matte(
         &mut self,
         ray: &Ray,
         hit: (&ClosestHit, Option<MaterialId>),
-        (p, n): (Vec3, Vec3),
+        (p, n, uv): (Vec3, Vec3, Option<Vec2>),
         reflectance: Rgb,
     ) {
         if self.is_looking() {
-            self.find(ray, hit, (p, None)).turn(n, -ray.d);
+            self.find(ray, hit, (p, uv)).turn(n, -ray.d);
             self.stay(reflectance);
         }
     }
@@ -110,6 +113,7 @@ impl Sight {
     }
 
     /// The first surface, which may be this one.
+    #[inline(always)]
     fn find(
         &mut self,
         ray: &Ray,
@@ -166,12 +170,29 @@ impl Sight {
     }
 
     /// What has been met, nothing perhaps; `None` if the path has not told it.
-    pub fn known(&self) -> Option<Option<FirstSurfaces>> {
-        (self.state == State::Done).then(|| self.found.map(finite))
+    pub fn known(&self) -> Option<Option<&FirstSurfaces>> {
+        (self.state == State::Done).then_some(self.found.as_ref())
+    }
+
+    /// Looks at another path, and where `wants_uv` is `true` asks for (u, v) of what it meets.
+    #[inline(always)]
+    pub(super) fn restart(&mut self, wants_uv: bool) {
+        self.found = None;
+        (self.share, self.specular) = (Rgb::ONE, 0);
+        (self.state, self.wants_uv) = (State::Looking, wants_uv);
     }
 }
 
 impl FirstSurfaces {
+    /// Albedo and normal, if they are numbers: one sample that is not finite would spoil its pixel.
+    #[inline(always)]
+    pub fn finite(&self) -> (Rgb, Vec3) {
+        match self.albedo.is_finite() && self.normal.is_finite() {
+            true => (self.albedo, self.normal),
+            false => (Rgb::ZERO, Vec3::ZERO),
+        }
+    }
+
     /// Sets the normal, turned to where the ray came from.
     fn turn(&mut self, n: Vec3, wo: Vec3) {
         self.normal = if n.dot(wo) < 0.0 { -n } else { n };
@@ -226,15 +247,5 @@ pub fn first_surfaces(
             ray = surface.spawn_ray(sample.wi);
         }
     }
-    sight.found.map(finite)
-}
-
-/// One sample that is not finite would spoil its pixel.
-fn finite(found: FirstSurfaces) -> FirstSurfaces {
-    let is_good = found.albedo.is_finite() && found.normal.is_finite();
-    FirstSurfaces {
-        albedo: if is_good { found.albedo } else { Rgb::ZERO },
-        normal: if is_good { found.normal } else { Vec3::ZERO },
-        ..found
-    }
+    sight.found
 }
