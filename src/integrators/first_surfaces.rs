@@ -112,6 +112,12 @@ impl Sight {
         self.state == State::Looking
     }
 
+    /// All is known, or nothing will be.
+    #[inline(always)]
+    pub(super) fn is_done(&self) -> bool {
+        matches!(self.state, State::Done | State::Lost)
+    }
+
     /// The first surface, which may be this one.
     #[inline(always)]
     fn find(

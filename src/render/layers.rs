@@ -73,25 +73,18 @@ pub(super) fn add(
         let factor = tile.factor_of_parts(radiance, waiting.weight(ray));
         lights.extend(parts.scaled(factor, tile.lights()));
     }
-    let surface = ray.map(|ray| match all.shown.surfaces {
-        true => sample((job, all), ray, stream, watch),
-        false => None,
-    });
-    let surface = surface.as_ref().map(Option::as_ref);
-    tile.add_layers(waiting.pixel, waiting.filter_weight, surface, &lights);
-}
-
-/// `None` if the ray meets no surface.
-#[inline(always)]
-fn sample(
-    (job, all): (&RenderJob, &OfAll),
-    camera_ray: &CameraRay,
-    stream: &SampleStream,
-    watch: &Watch,
-) -> Option<LayerSample> {
-    match watch.sight.as_ref().and_then(Sight::known) {
-        Some(found) => Some(told((job, all), found?)),
-        None => traced((job, all), camera_ray, *stream),
+    let mut add = |surface: Option<Option<&LayerSample>>| {
+        tile.add_layers(waiting.pixel, waiting.filter_weight, surface, &lights);
+    };
+    let Some(ray) = ray else { return add(None) };
+    let known = match all.shown.surfaces {
+        true => watch.sight.as_ref().and_then(Sight::known),
+        false => Some(None),
+    };
+    match known {
+        Some(Some(found)) => add(Some(Some(&told((job, all), found)))),
+        Some(None) => add(Some(None)),
+        None => add(Some(traced((job, all), ray, *stream).as_ref())),
     }
 }
 

@@ -275,7 +275,9 @@ fn radiances(
             watch,
         })
     };
-    let mut paths: ArrayVec<CameraPath, WAVE> = all_paths.filter_map(path).collect();
+    // Not collected, which would move all of them.
+    let mut paths = ArrayVec::<CameraPath, WAVE>::new();
+    paths.extend(all_paths.filter_map(path));
     let (integrator, world) = (&job.integrator, &job.world);
     integrator.radiances(world, &mut paths, workspace)
 }

@@ -66,7 +66,7 @@ pub(super) struct Walk<'a, 'p, const WATCHED: bool> {
     pub bundle: Bundle<'a, 'p>,
 }
 
-impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
+impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     /// The radiance along each path. Returns what else the bundle has lent.
     pub(super) fn radiances(
         mut self,
@@ -80,17 +80,42 @@ impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
             .extend(self.bundle.paths.iter().take(WAVE).map(begin));
         wave.walking.clear();
         wave.walking.extend(0..wave.trails.len() as u32);
-        let mut is_first = true;
-        self.see(wave);
-        while !wave.walking.is_empty() {
-            self.extend(wave, is_first);
-            is_first = false;
-            if wave.is_looking {
-                self.see(wave);
-            }
-        }
+        self.walk(wave, true);
         out.extend(wave.trails.iter().map(|trail| trail.radiance));
         self.bundle.workspace
+    }
+
+    /// Extends all paths to their ends.
+    fn walk(&mut self, wave: &mut Wave, mut is_first: bool) {
+        let mut is_watched = self.see(wave);
+        while !wave.walking.is_empty() {
+            if WATCHED && !is_watched {
+                // All has been seen.
+                return self.unwatched().walk(wave, is_first);
+            }
+            self.extend(wave, is_first);
+            is_first = false;
+            is_watched = self.see(wave);
+        }
+    }
+
+    /// The same work, but nobody looks.
+    fn unwatched(&mut self) -> Walk<'_, 'p, false> {
+        let Bundle {
+            world,
+            lights,
+            paths,
+            workspace,
+        } = &mut self.bundle;
+        Walk {
+            path: self.path,
+            bundle: Bundle {
+                world,
+                lights,
+                paths,
+                workspace,
+            },
+        }
     }
 
     /// Extends all paths by a vertex.
@@ -163,14 +188,18 @@ impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
         }
     }
 
-    /// Finds out whether layers still look at any path.
-    fn see(&mut self, wave: &mut Wave) {
-        let mut sights = self.bundle.paths.iter_mut().filter_map(sight);
-        let looking = sights.find(|sight| sight.is_looking()).filter(|_| WATCHED);
-        (wave.is_looking, wave.wants_uv) = match looking {
-            Some(sight) => (true, sight.wants_uv),
-            None => (false, false),
-        };
+    /// Finds out whether layers still look at any path, or follow its light: returns `true` if they do.
+    fn see(&mut self, wave: &mut Wave) -> bool {
+        if !WATCHED {
+            return false;
+        }
+        let paths = &mut *self.bundle.paths;
+        let mut watches = paths.iter().filter_map(|path| path.watch.as_deref());
+        let follows = watches.next().is_some_and(|watch| watch.parts.is_some());
+        let looking = { paths.iter_mut().filter_map(sight) }.find(|sight| !sight.is_done());
+        wave.is_looking = looking.is_some();
+        wave.wants_uv = looking.is_some_and(|sight| sight.wants_uv);
+        follows || wave.is_looking
     }
 
     /// A step that a path takes alone, unless it finds that the surface is matte.
