@@ -6,7 +6,7 @@
 use super::level::StoredMesh;
 use super::primitive::PrimitiveId;
 use super::search::ClosestHit;
-use super::{Geometry, PrimitiveAttributes};
+use super::{Geometry, PrimitiveAttributes, Standing};
 use crate::handles::MaterialId;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
@@ -67,6 +67,7 @@ pub(crate) struct FlatHits<const N: usize> {
     is_grazing: [u32; N],
     /// For layers: materials, whether the mesh has no (u, v) of its own, and those that there are then.
     materials: [Option<MaterialId>; N],
+    shapes: [u32; N],
     is_plain: [bool; N],
     uv: [[f32; N]; 2],
 }
@@ -84,6 +85,7 @@ impl<const N: usize> Default for FlatHits<N> {
             n: Rows3::default(),
             is_grazing: [0; N],
             materials: [None; N],
+            shapes: [0; N],
             is_plain: [false; N],
             uv: [[0.0; N]; 2],
         }
@@ -114,13 +116,14 @@ impl<const N: usize> FlatHits<N> {
     #[inline(always)]
     pub(crate) fn note(&mut self, i: usize, triangle: &FlatTriangle) {
         self.materials[i] = triangle.mesh.attributes.material;
+        self.shapes[i] = triangle.mesh.attributes.shape;
         self.is_plain[i] = triangle.mesh.uv.is_empty();
     }
 
-    /// What has been noted.
+    /// What has been noted: the material, and what the triangle stands for, which is in no instance.
     #[inline(always)]
-    pub(crate) fn material(&self, i: usize) -> Option<MaterialId> {
-        self.materials[i]
+    pub(crate) fn noted(&self, i: usize) -> (Option<MaterialId>, Standing) {
+        (self.materials[i], Standing::Shape(self.shapes[i]))
     }
 
     /// The parameters (u, v) of a hit, if they have been [found](FlatHits::find_parameters) and the mesh has no others.

@@ -7,7 +7,7 @@
 //! path's first sample points on a copy of the stream. So no color depends on whether layers are wanted.
 
 use super::MAX_NULL_SURFACES;
-use crate::accel::{ClosestHit, GeometryHit};
+use crate::accel::{ClosestHit, GeometryHit, Standing};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::MaterialId;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -31,6 +31,8 @@ pub struct FirstSurfaces {
     pub found: ClosestHit,
     /// Its material.
     pub material: Option<MaterialId>,
+    /// What it stands for, if that is known already.
+    pub standing: Option<Standing>,
     /// The estimate of the share of light from everywhere that the first surface which is not perfectly specular sends
     /// back, times what those before it let through; black if there is none.
     pub albedo: Rgb,
@@ -80,7 +82,7 @@ impl Sight {
         }
         let surface = &hit.surface;
         let uv = (surface.dpdu != Vec3::ZERO).then_some(surface.uv);
-        let found = self.find(ray, (&hit.found, hit.material), (surface.p, uv));
+        let found = self.find(ray, (&hit.found, hit.material, None), (surface.p, uv));
         if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
             return;
         }
@@ -96,7 +98,7 @@ impl Sight {
     pub(super) fn meet_matte(
         &mut self,
         ray: &Ray,
-        hit: (&ClosestHit, Option<MaterialId>),
+        hit: (&ClosestHit, Option<MaterialId>, Option<Standing>),
         (p, n, uv): (Vec3, Vec3, Option<Vec2>),
         reflectance: Rgb,
     ) {
@@ -123,10 +125,11 @@ impl Sight {
     fn find(
         &mut self,
         ray: &Ray,
-        (found, material): (&ClosestHit, Option<MaterialId>),
+        (found, material, standing): (&ClosestHit, Option<MaterialId>, Option<Standing>),
         (p, uv): (Vec3, Option<Vec2>),
     ) -> &mut FirstSurfaces {
         self.found.get_or_insert(FirstSurfaces {
+            standing,
             p,
             uv,
             ray: *ray,
@@ -193,7 +196,9 @@ impl FirstSurfaces {
     /// Albedo and normal, if they are numbers: one sample that is not finite would spoil its pixel.
     #[inline(always)]
     pub fn finite(&self) -> (Rgb, Vec3) {
-        match self.albedo.is_finite() && self.normal.is_finite() {
+        let is_finite = || self.albedo.is_finite() && self.normal.is_finite();
+        // Nearly always: then no addend was anything else.
+        match (self.albedo + self.normal).element_sum().is_finite() || is_finite() {
             true => (self.albedo, self.normal),
             false => (Rgb::ZERO, Vec3::ZERO),
         }

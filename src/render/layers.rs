@@ -5,7 +5,7 @@ use crate::cameras::{CameraRay, Depths};
 use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, Sight, first_surfaces};
-use crate::math::{DVec2, DVec3, Rgb, Vec2};
+use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2};
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
 
@@ -73,19 +73,33 @@ pub(super) fn add(
         let factor = tile.factor_of_parts(radiance, waiting.weight(ray));
         lights.extend(parts.scaled(factor, tile.lights()));
     }
-    let mut add = |surface: Option<Option<&LayerSample>>| {
-        tile.add_layers(waiting.pixel, waiting.filter_weight, surface, &lights);
-    };
-    let Some(ray) = ray else { return add(None) };
-    let known = match all.shown.surfaces {
-        true => watch.sight.as_ref().and_then(Sight::known),
-        false => Some(None),
-    };
-    match known {
-        Some(Some(found)) => add(Some(Some(&told((job, all), found)))),
-        Some(None) => add(Some(None)),
-        None => add(Some(traced((job, all), ray, *stream).as_ref())),
+    let (pixel, weight) = (waiting.pixel, waiting.filter_weight);
+    let known = watch.sight.as_ref().and_then(Sight::known);
+    match (ray, known) {
+        (Some(_), Some(Some(found))) if all.shown.surfaces => {
+            let sample = told((job, all), found);
+            tile.add_layers(pixel, weight, Some(Some(&sample)), &lights);
+        }
+        _ => {
+            let sample = ray.map(|ray| match known {
+                None if all.shown.surfaces => traced((job, all), ray, *stream),
+                _ => None,
+            });
+            let sample = sample.as_ref().map(Option::as_ref);
+            add_other(tile, (pixel, weight), sample, &lights);
+        }
     }
+}
+
+/// What is not as common.
+#[inline(never)]
+fn add_other(
+    tile: &mut Tile,
+    (pixel, weight): (UVec2, f32),
+    sample: Option<Option<&LayerSample>>,
+    lights: &[Rgb],
+) {
+    tile.add_layers(pixel, weight, sample, lights);
 }
 
 /// By a ray for the layers alone.
@@ -109,9 +123,10 @@ fn told((job, all): (&RenderJob, &OfAll), found: &FirstSurfaces) -> LayerSample 
         false => Vec2::ZERO,
     };
     let instance = match all.shown.instance {
-        true => job
-            .mattes
-            .standing(job.world.geometry.standing(&found.found)),
+        true => {
+            let standing = || job.world.geometry.standing(&found.found);
+            job.mattes.standing(found.standing.unwrap_or_else(standing))
+        }
         false => MatteId::default(),
     };
     let depths = all.shown.depths.as_ref();

@@ -197,8 +197,10 @@ impl TileLayers {
             Some(None) => add(&mut self.leaf.0, &[1.0, 0.0, 0.0, 1.0]),
             None => self.leaf.0[3] += 1.0,
         }
-        let lights = lights.iter().map(|light| light.as_dvec3());
-        add_lights(&mut self.leaf_of_light.0, lights);
+        if !lights.is_empty() {
+            let lights = lights.iter().map(|light| light.as_dvec3());
+            add_lights(&mut self.leaf_of_light.0, lights);
+        }
         self.in_leaf += 1;
         if self.in_leaf == PixelSum::LEAF {
             self.next_leaf();

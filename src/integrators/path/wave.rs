@@ -183,7 +183,8 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             let ray = &wave.trails[path].ray;
             let from = wave.mattes.from(i, ray.time);
             let uv = wave.flats.parameters(i).filter(|_| wave.wants_uv);
-            let hit = (&found, wave.flats.material(i));
+            let (material, standing) = wave.flats.noted(i);
+            let hit = (&found, material, Some(standing));
             sight.meet_matte(ray, hit, (from.p, from.n, uv), wave.mattes.reflectance(i));
         }
     }

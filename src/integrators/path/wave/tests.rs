@@ -50,8 +50,12 @@ impl Found {
         let known = watch.sight.as_ref().and_then(Sight::known);
         let with_parameters = |found: &FirstSurfaces| {
             let parameters = || job.world.surface_parameters(&found.ray, &found.found);
-            let uv = Some(found.uv.unwrap_or_else(parameters));
-            FirstSurfaces { uv, ..*found }
+            let standing = || job.world.geometry.standing(&found.found);
+            FirstSurfaces {
+                uv: Some(found.uv.unwrap_or_else(parameters)),
+                standing: Some(found.standing.unwrap_or_else(standing)),
+                ..*found
+            }
         };
         // Bits, but for NaN: each number is printed with as many digits as tell it from others.
         let known = known.map(|found| found.map(with_parameters));
