@@ -248,7 +248,10 @@ mod tests {
     #[test]
     fn names_are_read_and_written() {
         let again = LayerSet::parse(&all().to_string());
-        assert_eq!(again.map(|set| set.with_lights(16)), Ok(all()));
+        assert_eq!(
+            again.map(|set| set.with_lights(LayerSet::MOST_LIGHTS)),
+            Ok(all())
+        );
         let some = LayerSet::parse("depth, albedo").unwrap();
         assert_eq!(some.to_string(), "albedo,depth");
         assert_eq!(some.iter().count(), 2);
