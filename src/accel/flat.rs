@@ -6,7 +6,8 @@
 use super::level::StoredMesh;
 use super::primitive::PrimitiveId;
 use super::search::ClosestHit;
-use super::{Geometry, PrimitiveAttributes};
+use super::{Geometry, PrimitiveAttributes, Standing};
+use crate::handles::MaterialId;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
@@ -64,6 +65,11 @@ pub(crate) struct FlatHits<const N: usize> {
     p_error: Rows3<N>,
     n: Rows3<N>,
     is_grazing: [u32; N],
+    /// For layers: materials, whether the mesh has no (u, v) of its own, and those that there are then.
+    materials: [Option<MaterialId>; N],
+    shapes: [u32; N],
+    is_plain: [bool; N],
+    uv: [[f32; N]; 2],
 }
 
 impl<const N: usize> Default for FlatHits<N> {
@@ -78,6 +84,10 @@ impl<const N: usize> Default for FlatHits<N> {
             p_error: Rows3::default(),
             n: Rows3::default(),
             is_grazing: [0; N],
+            materials: [None; N],
+            shapes: [0; N],
+            is_plain: [false; N],
+            uv: [[0.0; N]; 2],
         }
     }
 }
@@ -102,6 +112,31 @@ impl<const N: usize> FlatHits<N> {
         self.side[i] = if turned { -1.0 } else { 1.0 };
     }
 
+    /// Notes what layers ask of the triangle at `i`.
+    #[inline(always)]
+    pub(crate) fn note(&mut self, i: usize, triangle: &FlatTriangle) {
+        self.materials[i] = triangle.mesh.attributes.material;
+        self.shapes[i] = triangle.mesh.attributes.shape;
+        self.is_plain[i] = triangle.mesh.uv.is_empty();
+    }
+
+    /// What has been noted: the material, and what the triangle stands for, which is in no instance.
+    #[inline(always)]
+    pub(crate) fn noted(&self, i: usize) -> (Option<MaterialId>, Standing) {
+        (self.materials[i], Standing::Shape(self.shapes[i]))
+    }
+
+    /// The parameters (u, v) of a hit, if they have been [found](FlatHits::find_parameters) and the mesh has no others.
+    #[inline(always)]
+    pub(crate) fn parameters(&self, i: usize) -> Option<Vec2> {
+        self.is_plain[i].then(|| Vec2::new(self.uv[0][i], self.uv[1][i]))
+    }
+
+    /// Finds the first `count` parameters (u, v), as a mesh has them that does not say: see [`FlatTriangle::parameters`].
+    pub(crate) fn find_parameters(&mut self, count: usize) {
+        vectorize::<N, _>(Parameters { hits: self, count });
+    }
+
     /// Finds the first `count` points, normals and error boxes.
     pub(crate) fn resolve(&mut self, count: usize) {
         vectorize::<N, _>(SideBySide { hits: self, count });
@@ -111,6 +146,7 @@ impl<const N: usize> FlatHits<N> {
     #[cfg(test)]
     pub(crate) fn resolve_with(&mut self, set: InstructionSet, count: usize) {
         set.run(SideBySide { hits: self, count });
+        set.run(Parameters { hits: self, count });
     }
 
     /// Position, half-widths of the error box, and unit geometric normal of a hit, and the direction back along its ray.
@@ -133,11 +169,11 @@ impl<const N: usize> FlatHits<N> {
     }
 
     #[inline(always)]
-    fn compute(&mut self, i: usize) {
+    fn triangle(&self, i: usize) -> Triangle {
         let [a, b, c] = &self.corners;
         // Written out: `array::map` is not always inlined.
         let [a, b, c] = [a.get(i), b.get(i), c.get(i)];
-        let triangle = Triangle {
+        Triangle {
             p: [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()],
             normals: None,
             tangents: None,
@@ -146,7 +182,20 @@ impl<const N: usize> FlatHits<N> {
                 flip_geometric: self.side[i] < 0.0,
                 flip_shading: false,
             },
-        };
+        }
+    }
+
+    #[inline(always)]
+    fn compute_parameters(&mut self, i: usize) {
+        let triangle = self.triangle(i);
+        let b = triangle.nearest(self.o.get(i).as_dvec3(), self.d.get(i).as_dvec3());
+        let uv = triangle.uv_at(b).as_vec2();
+        (self.uv[0][i], self.uv[1][i]) = (uv.x, uv.y);
+    }
+
+    #[inline(always)]
+    fn compute(&mut self, i: usize) {
+        let triangle = self.triangle(i);
         let ray = Ray::new(self.o.get(i), self.d.get(i), 0.0);
         let (point, is_grazing) = triangle.crossing(ray.o.as_dvec3(), ray.d.as_dvec3());
         let hit = point.hit(&ray);
@@ -170,6 +219,23 @@ impl<const N: usize> Kernel for SideBySide<'_, N> {
     fn run(self, _: impl Instructions) {
         for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
             self.hits.compute(i);
+        }
+    }
+}
+
+/// The loop that finds (u, v).
+struct Parameters<'a, const N: usize> {
+    hits: &'a mut FlatHits<N>,
+    count: usize,
+}
+
+impl<const N: usize> Kernel for Parameters<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) {
+        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+            self.hits.compute_parameters(i);
         }
     }
 }

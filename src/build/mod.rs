@@ -149,7 +149,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         instances: frame.instances,
         area_lights: frame.area_lights,
         light_media: frame.light_media,
-        light_groups: { options.film.layers.contains(Layer::Lights) }.then_some(frame.light_groups),
+        light_groups: shows_groups(&options).then_some(frame.light_groups),
         need_faces: assets.textures.need_faces(),
     };
     let place = &assets.render_from_world;
@@ -191,6 +191,11 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         metadata,
         description,
     })
+}
+
+/// Whether layers of light are those of groups.
+fn shows_groups(options: &Options) -> bool {
+    options.film.layers.contains(Layer::Lights) && options.integrator.spec.strategies().is_empty()
 }
 
 /// Changes a job's options and seed, except for its film: the options are the frame's own, changed in ways that do not

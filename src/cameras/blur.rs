@@ -17,6 +17,7 @@ pub(super) struct Blur {
 pub(super) struct Line(pub f64, pub f64);
 
 impl Line {
+    #[inline(always)]
     fn at(self, z: f64) -> f64 {
         self.0 + self.1 * z
     }
@@ -43,6 +44,7 @@ impl Blur {
     }
 
     /// Diameter in pixels of the circle of confusion of a point at `z`; 0 where it has none.
+    #[inline(always)]
     pub(super) fn diameter(&self, z: f64) -> f64 {
         let diameter = (2.0 * self.radius.at(z) / self.pixel.at(z)).abs();
         if diameter.is_finite() { diameter } else { 0.0 }

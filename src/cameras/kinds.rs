@@ -1,7 +1,10 @@
 //! The types of cameras: their names, and what each does.
 
+use super::blur::Blur;
+use super::camera_transform::CameraTransform;
 use super::*;
 use crate::film::Photograph;
+use glam::DVec4;
 
 /// The type names a scene may give, for "did you mean".
 pub const CAMERA_NAMES: &[&str] = &["perspective", "realistic", "orthographic", "environment"];
@@ -35,6 +38,67 @@ impl CameraSpec {
                 return None;
             }
         })
+    }
+}
+
+/// Depths and circles of confusion of many points.
+#[derive(Clone, Debug)]
+pub struct Depths<'a> {
+    camera: &'a Camera,
+    /// Where it is the same at all times, and for all points.
+    still: Option<Scale>,
+}
+
+impl Depths<'_> {
+    /// Of the render-space point `p` at `time`.
+    #[inline(always)]
+    pub fn at(&self, p: Vec3, time: f32) -> DepthAndBlur {
+        match &self.still {
+            Some(scale) => scale.at(p),
+            None => self.at_time(p, time),
+        }
+    }
+
+    #[inline(never)]
+    fn at_time(&self, p: Vec3, time: f32) -> DepthAndBlur {
+        let (transform, blur) = match self.camera {
+            Camera::Projective(c) => (c.transform(), c.blur()),
+            Camera::Realistic(c) => (c.transform(), c.blur(p, time)),
+            Camera::Environment(c) => {
+                return DepthAndBlur {
+                    depth: c.transform().distance(p, time),
+                    coc: 0.0,
+                };
+            }
+        };
+        Scale::new(transform, time, blur).at(p)
+    }
+}
+
+/// What a depth is made with.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    /// Takes a point to camera-space z.
+    row: DVec4,
+    /// Of camera-space z for each unit of the scene.
+    length: f64,
+    blur: Blur,
+}
+
+impl Scale {
+    fn new(transform: &CameraTransform, time: f32, blur: Blur) -> Scale {
+        let row = transform.z(time);
+        let length = row.truncate().length();
+        Scale { row, length, blur }
+    }
+
+    #[inline(always)]
+    fn at(&self, p: Vec3) -> DepthAndBlur {
+        let z = self.row.dot(p.as_dvec3().extend(1.0));
+        DepthAndBlur {
+            depth: z / self.length,
+            coc: self.blur.diameter(z),
+        }
     }
 }
 
@@ -127,23 +191,19 @@ impl Camera {
         matches!(self, Camera::Realistic(c) if c.disperses())
     }
 
-    /// Depth and circle of confusion of the render-space point `p` at `time`.
-    pub fn depth_and_blur(&self, p: Vec3, time: f32) -> DepthAndBlur {
-        let (transform, blur) = match self {
-            Camera::Projective(c) => (c.transform(), c.blur()),
-            Camera::Realistic(c) => (c.transform(), c.blur(p, time)),
-            Camera::Environment(c) => {
-                return DepthAndBlur {
-                    depth: c.transform().distance(p, time),
-                    coc: 0.0,
-                };
+    /// What depths and circles of confusion are made with.
+    pub fn depths(&self) -> Depths<'_> {
+        let still = match self {
+            _ if self.moves() => None,
+            Camera::Projective(c) => Some(Scale::new(c.transform(), 0.0, c.blur())),
+            Camera::Realistic(c) => {
+                { c.even_blur() }.map(|blur| Scale::new(c.transform(), 0.0, blur))
             }
+            Camera::Environment(_) => None,
         };
-        let row = transform.z(time);
-        let z = row.dot(p.as_dvec3().extend(1.0));
-        DepthAndBlur {
-            depth: z / row.truncate().length(),
-            coc: blur.diameter(z),
+        Depths {
+            camera: self,
+            still,
         }
     }
 

@@ -23,9 +23,10 @@ pub struct Contents {
     pub spent: Duration,
     /// The latest record of each unit.
     units: HashMap<Unit, Place>,
-    /// The latest sums of splats of each half, in parts, and those of which some parts are still to come.
-    splats: HashMap<u8, Vec<Place>>,
-    some_splats: HashMap<u8, Vec<Place>>,
+    /// The sums of splats of each half.
+    splats: HashMap<u8, Parts>,
+    /// The tiles of photon mapping.
+    iterated: Parts,
     /// Where the last whole record ends.
     pub(super) end: u64,
 }
@@ -36,6 +37,29 @@ struct Place {
     start: u64,
     length: usize,
     done: u32,
+}
+
+/// Records that belong together.
+#[derive(Debug, Default)]
+struct Parts {
+    /// The latest of which there are all.
+    whole: Vec<Place>,
+    /// Those of which some are still to come.
+    some: Vec<Place>,
+}
+
+impl Parts {
+    fn add(&mut self, place: Place, part: u32, parts: u32) {
+        if self.some.len() != part as usize {
+            self.some.clear();
+        }
+        if self.some.len() == part as usize {
+            self.some.push(place);
+        }
+        if self.some.len() == parts as usize {
+            self.whole = std::mem::take(&mut self.some);
+        }
+    }
 }
 
 impl Place {
@@ -99,17 +123,9 @@ impl Contents {
             Some(Record::Spent(milliseconds)) => self.spent = Duration::from_millis(milliseconds),
             Some(Record::Done { passes }) => self.passes_done = Some(passes),
             Some(Record::Splats { half, part, parts }) => {
-                let some = self.some_splats.entry(half).or_default();
-                if some.len() != part as usize {
-                    some.clear();
-                }
-                if some.len() == part as usize {
-                    some.push(place);
-                }
-                if some.len() == parts as usize {
-                    self.splats.insert(half, std::mem::take(some));
-                }
+                self.splats.entry(half).or_default().add(place, part, parts);
             }
+            Some(Record::Iterated { part, parts, .. }) => self.iterated.add(place, part, parts),
             None => return false,
         }
         true
@@ -117,7 +133,10 @@ impl Contents {
 
     /// Returns `true` if there is any work in it.
     pub fn holds_work(&self) -> bool {
-        !self.units.is_empty() || !self.splats.is_empty()
+        let mut splats = self.splats.values();
+        !self.units.is_empty()
+            || splats.any(|parts| !parts.whole.is_empty())
+            || !self.iterated.whole.is_empty()
     }
 
     /// Returns `true` if it has samples of the unit.
@@ -151,7 +170,7 @@ impl Contents {
         file: &mut File,
         splats: &mut Splats,
     ) -> io::Result<Option<()>> {
-        let places = self.splats.get(&half).map_or(&[][..], Vec::as_slice);
+        let places = { self.splats.get(&half) }.map_or(&[][..], |parts| &parts.whole);
         if !places.is_empty() && places.len() != splats.parts() as usize {
             return Ok(None);
         }
@@ -164,6 +183,28 @@ impl Contents {
             }
         }
         Ok(Some(()))
+    }
+
+    /// Number of tiles of photon mapping.
+    pub fn iterated_tiles(&self) -> usize {
+        self.iterated.whole.len()
+    }
+
+    /// The iterations that a tile of photon mapping has, and the bytes of what it holds; `None` if there is no such tile.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn iterated(&self, tile: usize, file: &mut File) -> io::Result<Option<(u32, Vec<u8>)>> {
+        let Some(place) = self.iterated.whole.get(tile) else {
+            return Ok(None);
+        };
+        let mut body = place.bytes(file)?;
+        let mut rest = &body[..];
+        let Some(Record::Iterated { done, .. }) = Record::read(&mut rest) else {
+            return Ok(None);
+        };
+        let start = body.len() - rest.len();
+        Ok(Some((done, body.split_off(start))))
     }
 
     /// Number of units.

@@ -14,7 +14,7 @@ mod facts;
 mod identity;
 mod plan;
 mod record;
-mod splats;
+mod whole;
 
 pub use contents::{Contents, restored};
 pub use facts::{Facts, FilmFacts, GoalFacts, Shard};
@@ -25,13 +25,13 @@ pub use record::Unit;
 use crate::film::Tile;
 use crate::output::{self, OutputError};
 use record::Record;
-use splats::KeptSplats;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use whole::KeptWhole;
 
 /// The first bytes of every checkpoint; the number is the format's.
 const MAGIC: &[u8] = b"fstop checkpoint 5\n";
@@ -132,7 +132,7 @@ pub struct Journal {
     /// Intervals after which everything was written.
     synced: AtomicU64,
     file: Mutex<Appended>,
-    splats: Mutex<KeptSplats>,
+    kept_whole: Mutex<KeptWhole>,
 }
 
 #[derive(Debug)]
@@ -211,7 +211,7 @@ impl Journal {
                 blocked: false,
                 failed: None,
             }),
-            splats: Mutex::default(),
+            kept_whole: Mutex::default(),
         }
     }
 

@@ -50,6 +50,16 @@ pub(super) enum Record {
         /// How many there are.
         parts: u32,
     },
+    /// A tile of photon mapping follows, after so many iterations; all of them, one after the other, take the place of earlier
+    /// ones.
+    Iterated {
+        /// How many.
+        done: u32,
+        /// Which tile, from 0.
+        part: u32,
+        /// How many there are.
+        parts: u32,
+    },
 }
 
 /// Before and behind each record.
@@ -108,11 +118,17 @@ impl Record {
                 out.extend(part.to_le_bytes());
                 out.extend(parts.to_le_bytes());
             }
+            Record::Iterated { done, part, parts } => {
+                out.push(6);
+                for number in [done, part, parts] {
+                    out.extend(number.to_le_bytes());
+                }
+            }
         }
         out
     }
 
-    /// Reads a record and leaves its tiles in `bytes`, after their number, or its sums.
+    /// Reads a record and leaves its tiles in `bytes`, after their number where there may be several, or its sums.
     pub(super) fn read(bytes: &mut &[u8]) -> Option<Record> {
         Some(match u8::from_le_bytes(take(bytes)?) {
             1 => {
@@ -146,6 +162,11 @@ impl Record {
                 let mut number = || Some(u32::from_le_bytes(take(bytes)?));
                 let (part, parts) = (number()?, number()?);
                 Record::Splats { half, part, parts }
+            }
+            6 => {
+                let mut number = || Some(u32::from_le_bytes(take(bytes)?));
+                let (done, part, parts) = (number()?, number()?, number()?);
+                Record::Iterated { done, part, parts }
             }
             _ => return None,
         })

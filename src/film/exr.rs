@@ -134,15 +134,15 @@ fn channels<'a>(
         };
         names.iter().enumerate().map(channel)
     });
-    let lights = metadata.light_groups.iter().zip(&image.layers.lights);
-    let lights = lights.flat_map(|(group, values)| {
+    let lights = metadata.light_layers.iter().zip(&image.layers.lights);
+    let lights = lights.flat_map(|(layer, values)| {
         let channel = move |(component, name): (usize, String)| Channel {
             name: Cow::Owned(name),
             values,
             component,
             halves: encoding.halves(None),
         };
-        light_channels(group).into_iter().enumerate().map(channel)
+        light_channels(layer).into_iter().enumerate().map(channel)
     });
     let mut channels: Vec<_> = channels.chain(lights).collect();
     channels.sort_by(|a, b| a.name.cmp(&b.name));

@@ -42,9 +42,9 @@ pub struct FilmMetadata {
     /// The names of what Cryptomattes show.
     #[serde(default)]
     pub manifests: Vec<Manifest>,
-    /// What the groups of its lights are called, where the image has a layer of each.
+    /// What its layers of light are called, of which the image has one for each group of its lights, or for each strategy.
     #[serde(default)]
-    pub light_groups: Vec<String>,
+    pub light_layers: Vec<String>,
     /// Luminance that the pixel value (1, 1, 1) represents, cd/m²; `None` where the scene does not say.
     #[serde(default)]
     pub white_luminance: Option<f32>,

@@ -234,9 +234,9 @@ impl SplatBuffer {
     }
 
     /// Adds what a path brings to a pixel: its filter's weight and all else in it, but for the number of paths. Nothing
-    /// outside the film. A value that is not finite counts as dropped. `layer` is that of the light it comes from, where there are any.
+    /// outside the film. A value that is not finite counts as dropped. `part` is what it counts for in a layer of light, where there are any.
     #[inline]
-    pub fn push(&mut self, path: u64, pixel: UVec2, value: Rgb, layer: LightLayer) {
+    pub fn push(&mut self, path: u64, pixel: UVec2, value: Rgb, part: (LightLayer, Rgb)) {
         let Some(index) = self.bounds.index(pixel) else {
             return;
         };
@@ -247,15 +247,15 @@ impl SplatBuffer {
             return;
         }
         let y = luminance(value);
-        let limited = if y > self.max_luminance {
-            value * (self.max_luminance / y)
-        } else {
-            value
+        let factor = match y > self.max_luminance {
+            true => self.max_luminance / y,
+            false => 1.0,
         };
-        self.splats.push((index as u32, limited));
-        if self.has_layers {
+        self.splats.push((index as u32, value * factor));
+        let (layer, part) = part;
+        if self.has_layers && part.is_finite() {
             let place = index + (1 + layer.index()) * self.bounds.area();
-            self.splats.push((place as u32, limited));
+            self.splats.push((place as u32, part * factor));
         }
     }
 
@@ -316,7 +316,7 @@ mod tests {
         buffer.begin(paths.start);
         for i in paths.clone() {
             let (pixel, value) = splat(i);
-            buffer.push(i, pixel, value, LightLayer::default());
+            buffer.push(i, pixel, value, (LightLayer::default(), value));
         }
         buffer.reach(paths.end);
         splats.add(&mut buffer);
@@ -351,7 +351,7 @@ mod tests {
         buffer.begin(0);
         for i in 0..1000 {
             let (pixel, value) = splat(i);
-            buffer.push(i, pixel, value, LightLayer((i / 28 % 2) as u8));
+            buffer.push(i, pixel, value, (LightLayer((i / 28 % 2) as u8), value));
         }
         buffer.reach(1000);
         splats.add(&mut buffer);
@@ -401,7 +401,7 @@ mod tests {
                 i,
                 pixel,
                 Rgb::new(f32::MAX, -f32::MAX, 1.0),
-                LightLayer::default(),
+                (LightLayer::default(), Rgb::ONE),
             );
             buffer.reach(i + 1);
             splats.add(&mut buffer);
@@ -456,11 +456,21 @@ mod tests {
         let before = splats.clone();
         let mut buffer = SplatBuffer::new(splats.bounds(), f32::INFINITY, false);
         buffer.begin(50);
-        buffer.push(50, UVec2::new(3, 5), Rgb::ONE, LightLayer::default());
+        buffer.push(
+            50,
+            UVec2::new(3, 5),
+            Rgb::ONE,
+            (LightLayer::default(), Rgb::ONE),
+        );
         buffer.reach(51);
         splats.add(&mut buffer);
         buffer.begin(100);
-        buffer.push(100, UVec2::new(2, 5), Rgb::ONE, LightLayer::default());
+        buffer.push(
+            100,
+            UVec2::new(2, 5),
+            Rgb::ONE,
+            (LightLayer::default(), Rgb::ONE),
+        );
         splats.add(&mut buffer);
         assert_eq!(splats, before);
     }
@@ -471,15 +481,20 @@ mod tests {
         let mut buffer = SplatBuffer::new(splats.bounds(), 4.0, false);
         let (a, b) = (UVec2::new(4, 6), UVec2::new(5, 5));
         buffer.begin(0);
-        buffer.push(0, a, Rgb::splat(8.0), LightLayer::default());
-        buffer.push(1, a, Rgb::NAN, LightLayer::default());
+        buffer.push(0, a, Rgb::splat(8.0), (LightLayer::default(), Rgb::ONE));
+        buffer.push(1, a, Rgb::NAN, (LightLayer::default(), Rgb::ONE));
         buffer.push(
             1,
             b,
             Rgb::new(0.0, f32::NEG_INFINITY, 0.0),
-            LightLayer::default(),
+            (LightLayer::default(), Rgb::ONE),
         );
-        buffer.push(2, b, Rgb::new(-1.0, 0.0, 0.0), LightLayer::default());
+        buffer.push(
+            2,
+            b,
+            Rgb::new(-1.0, 0.0, 0.0),
+            (LightLayer::default(), Rgb::ONE),
+        );
         buffer.reach(4);
         splats.add(&mut buffer);
         assert_eq!(splats.dropped(), 2);

@@ -158,7 +158,7 @@ mod tests {
                 i.into(),
                 pixel,
                 if i == 500 { Rgb::NAN } else { value },
-                LightLayer::default(),
+                (LightLayer::default(), Rgb::ONE),
             );
         }
         buffer.reach(1007);
@@ -210,7 +210,7 @@ mod tests {
                     i,
                     UVec2::new(i as u32 % 5, 0),
                     Rgb::splat(1.0 / i as f32),
-                    LightLayer::default(),
+                    (LightLayer::default(), Rgb::ONE),
                 );
             }
             buffer.reach(to);

@@ -45,7 +45,7 @@ fn metadata() -> FilmMetadata {
         runs: None,
         denoised: None,
         manifests: Vec::new(),
-        light_groups: Vec::new(),
+        light_layers: Vec::new(),
         seed: u64::MAX,
         scene: "caf\u{e9} \u{65e5}.pbrt".into(),
         lens: Some("dgauss.50mm.dat".into()),

@@ -91,6 +91,7 @@ impl Tile {
     /// Adds what layers tell of a sample to `pixel`, before the sample itself: `None` for one whose ray does not leave the
     /// lens, `Some(None)` for one that meets nothing. `weight` is the filter's.
     /// `lights` is what it brings to the pixel, by layers of light.
+    #[inline(always)]
     pub fn add_layers(
         &mut self,
         pixel: UVec2,

@@ -118,7 +118,7 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
-    let layers = frame.layers();
+    let layers = frame.layers(frame.options.film.layers);
     let (sums, image) = (layers.memory_of_sums(), layers.memory_of_image());
     let pixels = match found.splat_buffers {
         // The sums of finished tiles are kept where those of colors are.

@@ -8,7 +8,7 @@ use super::witness::{Met, Place, Watch};
 use crate::cameras::{Camera, CameraRay, CameraSample};
 use crate::film::PixelBounds;
 use crate::filters::Filter;
-use crate::handles::LightId;
+use crate::handles::{LightId, LightLayer};
 use crate::lights::{LightGroups, LightSelector};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, UVec2, Vec3};
@@ -121,6 +121,14 @@ impl Context<'_> {
         }
     }
 
+    /// Adds light to a layer, if any are wanted.
+    #[inline(always)]
+    pub(super) fn part_of_layer(&mut self, layer: LightLayer, light: Rgb) {
+        if let Some(watch) = &mut self.watch {
+            watch.part(layer, light);
+        }
+    }
+
     /// Adds the light of the infinite lights, as `of_light` has it.
     #[inline(always)]
     pub(super) fn parts_at_infinity(&mut self, of_light: impl Fn(&Context, LightId) -> Rgb) {
@@ -210,6 +218,8 @@ pub struct Splat {
     pub pixel: UVec2,
     /// The light, with the weight and the filter's factor.
     pub value: Rgb,
+    /// Where strategies have images of their own: which, and what it counts for there.
+    pub shown: Option<(LightLayer, Rgb)>,
     /// The density with which camera paths, each way of making them by itself, find the same in a sample of the pixel, over that of all
     /// light paths for it: the root of the sum of squares.
     pub by_camera: f64,

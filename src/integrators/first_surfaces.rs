@@ -7,7 +7,7 @@
 //! path's first sample points on a copy of the stream. So no color depends on whether layers are wanted.
 
 use super::MAX_NULL_SURFACES;
-use crate::accel::{ClosestHit, GeometryHit};
+use crate::accel::{ClosestHit, GeometryHit, Standing};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::MaterialId;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -31,6 +31,8 @@ pub struct FirstSurfaces {
     pub found: ClosestHit,
     /// Its material.
     pub material: Option<MaterialId>,
+    /// What it stands for, if that is known already.
+    pub standing: Option<Standing>,
     /// The estimate of the share of light from everywhere that the first surface which is not perfectly specular sends
     /// back, times what those before it let through; black if there is none.
     pub albedo: Rgb,
@@ -45,6 +47,7 @@ pub struct Sight {
     share: Rgb,
     specular: u32,
     state: State,
+    pub(super) wants_uv: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +69,7 @@ impl Default for Sight {
             share: Rgb::ONE,
             specular: 0,
             state: State::Looking,
+            wants_uv: false,
         }
     }
 }
@@ -78,7 +82,7 @@ impl Sight {
         }
         let surface = &hit.surface;
         let uv = (surface.dpdu != Vec3::ZERO).then_some(surface.uv);
-        let found = self.find(ray, (&hit.found, hit.material), (surface.p, uv));
+        let found = self.find(ray, (&hit.found, hit.material, None), (surface.p, uv));
         if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
             return;
         }
@@ -89,16 +93,17 @@ impl Sight {
         }
     }
 
-    /// Meets, at `p`, a matte surface with this shading normal, of which nothing asks for (u, v).
+    /// Meets a matte surface with this shading normal, of which nothing but layers asks for (u, v).
+    #[inline(always)]
     pub(super) fn meet_matte(
         &mut self,
         ray: &Ray,
-        hit: (&ClosestHit, Option<MaterialId>),
-        (p, n): (Vec3, Vec3),
+        hit: (&ClosestHit, Option<MaterialId>, Option<Standing>),
+        (p, n, uv): (Vec3, Vec3, Option<Vec2>),
         reflectance: Rgb,
     ) {
         if self.is_looking() {
-            self.find(ray, hit, (p, None)).turn(n, -ray.d);
+            self.find(ray, hit, (p, uv)).turn(n, -ray.d);
             self.stay(reflectance);
         }
     }
@@ -109,14 +114,22 @@ impl Sight {
         self.state == State::Looking
     }
 
+    /// All is known, or nothing will be.
+    #[inline(always)]
+    pub(super) fn is_done(&self) -> bool {
+        matches!(self.state, State::Done | State::Lost)
+    }
+
     /// The first surface, which may be this one.
+    #[inline(always)]
     fn find(
         &mut self,
         ray: &Ray,
-        (found, material): (&ClosestHit, Option<MaterialId>),
+        (found, material, standing): (&ClosestHit, Option<MaterialId>, Option<Standing>),
         (p, uv): (Vec3, Option<Vec2>),
     ) -> &mut FirstSurfaces {
         self.found.get_or_insert(FirstSurfaces {
+            standing,
             p,
             uv,
             ray: *ray,
@@ -166,12 +179,31 @@ impl Sight {
     }
 
     /// What has been met, nothing perhaps; `None` if the path has not told it.
-    pub fn known(&self) -> Option<Option<FirstSurfaces>> {
-        (self.state == State::Done).then(|| self.found.map(finite))
+    pub fn known(&self) -> Option<Option<&FirstSurfaces>> {
+        (self.state == State::Done).then_some(self.found.as_ref())
+    }
+
+    /// Looks at another path, and where `wants_uv` is `true` asks for (u, v) of what it meets.
+    #[inline(always)]
+    pub(super) fn restart(&mut self, wants_uv: bool) {
+        self.found = None;
+        (self.share, self.specular) = (Rgb::ONE, 0);
+        (self.state, self.wants_uv) = (State::Looking, wants_uv);
     }
 }
 
 impl FirstSurfaces {
+    /// Albedo and normal, if they are numbers: one sample that is not finite would spoil its pixel.
+    #[inline(always)]
+    pub fn finite(&self) -> (Rgb, Vec3) {
+        let is_finite = || self.albedo.is_finite() && self.normal.is_finite();
+        // Nearly always: then no addend was anything else.
+        match (self.albedo + self.normal).element_sum().is_finite() || is_finite() {
+            true => (self.albedo, self.normal),
+            false => (Rgb::ZERO, Vec3::ZERO),
+        }
+    }
+
     /// Sets the normal, turned to where the ray came from.
     fn turn(&mut self, n: Vec3, wo: Vec3) {
         self.normal = if n.dot(wo) < 0.0 { -n } else { n };
@@ -226,15 +258,5 @@ pub fn first_surfaces(
             ray = surface.spawn_ray(sample.wi);
         }
     }
-    sight.found.map(finite)
-}
-
-/// One sample that is not finite would spoil its pixel.
-fn finite(found: FirstSurfaces) -> FirstSurfaces {
-    let is_good = found.albedo.is_finite() && found.normal.is_finite();
-    FirstSurfaces {
-        albedo: if is_good { found.albedo } else { Rgb::ZERO },
-        normal: if is_good { found.normal } else { Vec3::ZERO },
-        ..found
-    }
+    sight.found
 }

@@ -74,6 +74,7 @@ impl GhostLight {
                 light,
                 pixel,
                 value: brought * left * value,
+                shown: None,
                 by_camera: 0.0,
             });
         });

@@ -193,6 +193,14 @@ impl IntegratorSpec {
         path.max_depth >= 2 && !path.direct_only && path.media == MediaSeen::All
     }
 
+    /// What the images of its strategies are called, if it makes any.
+    pub fn strategies(&self) -> Vec<String> {
+        match self {
+            IntegratorSpec::Bdpt(bdpt) => bdpt.strategies(),
+            _ => Vec::new(),
+        }
+    }
+
     /// Returns `true` if paths begin at lights, whatever becomes of them.
     pub fn begins_at_lights(&self) -> bool {
         self.traces_light() || self.gathers_photons()

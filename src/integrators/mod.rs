@@ -43,7 +43,7 @@ use path::Wave;
 use witness::Watch;
 
 pub use ambientocclusion::AmbientOcclusion;
-pub use bdpt::Bdpt;
+pub use bdpt::{Bdpt, Shown};
 pub use context::{CameraEnd, CameraPath, LightJob, Splat, WAVE, Workspace};
 pub use counts::Counts;
 pub use directlighting::DirectLighting;
@@ -244,6 +244,11 @@ impl Integrator {
     pub fn leave_alone(&mut self, before: IntegratorSpec) {
         self.spec = before;
         self.lights.emitters = None;
+    }
+
+    /// Returns `true` if every strategy has an image of its own, whether it helps the picture or not.
+    pub fn shows_all_strategies(&self) -> bool {
+        matches!(&self.spec, IntegratorSpec::Bdpt(bdpt) if bdpt.shown == Some(Shown::Alone))
     }
 
     /// Joins a `share` of camera paths to light paths.

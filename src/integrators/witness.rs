@@ -3,6 +3,7 @@
 
 use super::counts::Counts;
 use super::{LightParts, Sight};
+use crate::film::{Layer, LayerSet};
 use crate::handles::{LightId, LightLayer, MaterialId};
 use crate::math::Rgb;
 
@@ -48,10 +49,14 @@ impl Watch {
         }
     }
 
-    /// Looks at the next path for layers, `at_light` for those of light too.
-    pub fn look(&mut self, at_light: bool) {
-        self.sight = Some(Sight::default());
-        self.parts = at_light.then(LightParts::default);
+    /// Looks at the next path for these layers.
+    #[inline(always)]
+    pub fn look(&mut self, layers: LayerSet) {
+        let sight = self.sight.get_or_insert_default();
+        sight.restart(layers.contains(Layer::Uv));
+        if layers.lights() > 0 {
+            self.parts = Some(LightParts::default());
+        }
     }
 
     /// Counts, where that is asked for.

@@ -1,104 +1,163 @@
 //! What a camera sample tells the image's layers.
 
-use super::RenderJob;
-use crate::cameras::CameraRay;
-use crate::film::{Layer, LayerSample, MatteId};
+use super::{OfAll, PendingSample, RenderJob};
+use crate::cameras::{CameraRay, Depths};
+use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
 use crate::integrators::witness::Watch;
-use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
-use crate::math::{DVec2, DVec3, Vec2};
+use crate::integrators::{FirstSurfaces, Sight, first_surfaces};
+use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2};
 use crate::samplers::SampleStream;
-
-/// What a sample shows.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Seen<'w> {
-    /// The surfaces that it meets.
-    pub surface: Option<LayerSample>,
-    /// What it brings, by layers of light.
-    pub parts: Option<&'w LightParts>,
-}
+use arrayvec::ArrayVec;
 
 /// Looks at one of many paths that are traced together.
 pub(super) struct Look {
     pub watch: Watch,
     /// The integrator draws from a copy.
-    stream: SampleStream,
+    pub stream: SampleStream,
 }
 
 impl Look {
-    pub(super) fn new(job: &RenderJob, stream: SampleStream) -> Look {
-        let mut watch = Watch::default();
-        watch.look(job.film.layers.lights() > 0);
-        Look { watch, stream }
+    /// At the path of this sample.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, job: &RenderJob, waiting: &PendingSample) {
+        self.watch.look(job.film.layers);
+        self.stream = waiting.stream;
     }
 
-    /// What a camera ray shows, or `None`, which has not left the lens; see [`seen`].
-    pub(super) fn seen(&self, job: &RenderJob, ray: Option<&CameraRay>, spacing: f32) -> Seen<'_> {
-        match ray {
-            Some(ray) => seen(job, (ray, spacing), self.stream, &self.watch),
-            None => Seen::default(),
+    /// At nothing yet; so many.
+    pub(super) fn some(count: usize, stream: SampleStream) -> Vec<Look> {
+        let look = || Look {
+            watch: Watch::default(),
+            stream,
+        };
+        std::iter::repeat_with(look).take(count).collect()
+    }
+}
+
+/// What all samples of an image have in common for its layers.
+pub(super) struct Shown<'a> {
+    /// Layers that tell of surfaces are among them.
+    surfaces: bool,
+    uv: bool,
+    instance: bool,
+    /// Where depth or circles of confusion are wanted.
+    depths: Option<Depths<'a>>,
+}
+
+impl Shown<'_> {
+    /// Of these layers.
+    pub(super) fn new(job: &RenderJob) -> Shown<'_> {
+        let layers = job.film.layers;
+        let has_depths = layers.contains(Layer::Depth) || layers.contains(Layer::Coc);
+        Shown {
+            surfaces: layers.with_lights(0) != LayerSet::NONE.with(Layer::Lights),
+            uv: layers.contains(Layer::Uv),
+            instance: layers.contains(Layer::Instance),
+            depths: has_depths.then(|| job.camera.depths()),
         }
     }
 }
 
-/// Of a ray that has left the lens and whose path `watch` has looked at, of samples this far apart, in pixels; see [`sample`].
-pub(super) fn seen<'w>(
-    job: &RenderJob,
-    camera_ray: (&CameraRay, f32),
-    stream: SampleStream,
-    watch: &'w Watch,
-) -> Seen<'w> {
-    Seen {
-        parts: watch.parts.as_ref(),
-        surface: sample(job, camera_ray, stream, watch),
+/// Adds to the layers of `tile` what a sample shows, whose path has brought this `radiance` while `watch` looked at it, before its color is
+/// added. `stream` is what the integrator has drawn from; without a ray it has not left the lens.
+#[inline(always)]
+pub(super) fn add(
+    (job, all): (&RenderJob, &OfAll),
+    waiting: &PendingSample,
+    (ray, radiance): (Option<&CameraRay>, Rgb),
+    (stream, watch): (&SampleStream, &Watch),
+    tile: &mut Tile,
+) {
+    let mut lights = ArrayVec::<Rgb, { LayerSet::MOST_LIGHTS }>::new();
+    if let (Some(ray), Some(parts)) = (ray, &watch.parts) {
+        let factor = tile.factor_of_parts(radiance, waiting.weight(ray));
+        lights.extend(parts.scaled(factor, tile.lights()));
+    }
+    let (pixel, weight) = (waiting.pixel, waiting.filter_weight);
+    let known = watch.sight.as_ref().and_then(Sight::known);
+    match (ray, known) {
+        (Some(_), Some(Some(found))) if all.shown.surfaces => {
+            let sample = told((job, all), found);
+            tile.add_layers(pixel, weight, Some(Some(&sample)), &lights);
+        }
+        _ => {
+            let sample = ray.map(|ray| match known {
+                None if all.shown.surfaces => traced((job, all), ray, *stream),
+                _ => None,
+            });
+            let sample = sample.as_ref().map(Option::as_ref);
+            add_other(tile, (pixel, weight), sample, &lights);
+        }
     }
 }
 
-/// `None` if the ray meets no surface. `stream` is what the integrator has drawn from.
+/// What is not as common.
 #[inline(never)]
-fn sample(
-    job: &RenderJob,
-    (camera_ray, spacing): (&CameraRay, f32),
+fn add_other(
+    tile: &mut Tile,
+    (pixel, weight): (UVec2, f32),
+    sample: Option<Option<&LayerSample>>,
+    lights: &[Rgb],
+) {
+    tile.add_layers(pixel, weight, sample, lights);
+}
+
+/// By a ray for the layers alone.
+#[inline(never)]
+fn traced(
+    (job, all): (&RenderJob, &OfAll),
+    camera_ray: &CameraRay,
     stream: SampleStream,
-    watch: &Watch,
 ) -> Option<LayerSample> {
-    let ray = &camera_ray.ray;
-    let trace = || {
-        let differentials = camera_ray.scaled_differentials(spacing);
-        first_surfaces(&job.world, ray, differentials.as_ref(), stream)
-    };
-    let known = watch.sight.as_ref().and_then(Sight::known);
-    let found = known.unwrap_or_else(trace)?;
+    let differentials = camera_ray.scaled_differentials(all.spacing);
+    let found = first_surfaces(&job.world, &camera_ray.ray, differentials.as_ref(), stream)?;
+    Some(told((job, all), &found))
+}
+
+/// What surfaces tell.
+#[inline(always)]
+fn told((job, all): (&RenderJob, &OfAll), found: &FirstSurfaces) -> LayerSample {
     let parameters = || job.world.surface_parameters(&found.ray, &found.found);
-    let uv = match job.film.layers.contains(Layer::Uv) {
+    let uv = match all.shown.uv {
         true => found.uv.unwrap_or_else(parameters),
         false => Vec2::ZERO,
     };
-    let instance = if job.film.layers.contains(Layer::Instance) {
-        job.mattes
-            .standing(job.world.geometry.standing(&found.found))
-    } else {
-        MatteId::default()
+    let instance = match all.shown.instance {
+        true => {
+            let standing = || job.world.geometry.standing(&found.found);
+            job.mattes.standing(found.standing.unwrap_or_else(standing))
+        }
+        false => MatteId::default(),
     };
-    let at = job.camera.depth_and_blur(found.p, ray.time);
-    Some(LayerSample {
+    let depths = all.shown.depths.as_ref();
+    let at = depths.map(|depths| depths.at(found.p, found.ray.time));
+    let (albedo, normal) = found.finite();
+    LayerSample {
         position: found.p.as_dvec3() + job.world_from_render,
-        depth: at.depth,
+        depth: at.map_or(0.0, |at| at.depth),
         uv,
         material: job.mattes.material(found.material),
         instance,
-        motion: motion(job, &found),
-        coc: at.coc,
-        albedo: found.albedo,
+        motion: motion(job, found),
+        coc: at.map_or(0.0, |at| at.coc),
+        albedo,
         // Render space is world space moved.
-        normal: found.normal,
-    })
+        normal,
+    }
 }
 
 /// See [`Layer::Motion`]; none where nothing moves, or where the camera does not see both ends of the way.
+#[inline(always)]
 fn motion(job: &RenderJob, found: &FirstSurfaces) -> DVec2 {
-    let Some(times) = job.motion_times else {
-        return DVec2::ZERO;
-    };
+    let moves = || job.world.moves() || job.camera.moves();
+    match job.motion_times {
+        Some(times) if moves() => moved(job, found, times),
+        _ => DVec2::ZERO,
+    }
+}
+
+#[inline(never)]
+fn moved(job: &RenderJob, found: &FirstSurfaces, times: [f32; 2]) -> DVec2 {
     let p = found.p.as_dvec3();
     let moved = job
         .world

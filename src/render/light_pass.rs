@@ -234,8 +234,9 @@ fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut S
     let (end, ghosts) = (run.end, run.clone());
     let paths = run.map(|path| (path, sampler.light_stream(path)));
     let splat = &mut |splat: Splat| {
-        let layer = job.world.light_layer(Some(splat.light));
-        buffer.push(splat.path, splat.pixel, splat.value, layer);
+        let by_light = || (job.world.light_layer(Some(splat.light)), splat.value);
+        let part = splat.shown.unwrap_or_else(by_light);
+        buffer.push(splat.path, splat.pixel, splat.value, part);
     };
     let light_job = job.light_job();
     if job.traces_light() {

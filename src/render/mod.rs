@@ -32,9 +32,7 @@ pub(crate) use threads::{THREADS_PER_PROCESSOR, on_threads, threads_started};
 
 use crate::cameras::{BUNDLE, Camera, CameraRay, CameraSample};
 use crate::checkpoint::Unit;
-use crate::film::{
-    Developed, DroppedSample, Film, FilmSpec, Kept, LayerSet, LightShare, PixelBounds, Tile,
-};
+use crate::film::{Developed, DroppedSample, Film, FilmSpec, Kept, LightShare, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
 use crate::integrators::{CameraEnd, CameraPath, Counts, GhostLight, Integrator, WAVE, Workspace};
@@ -42,7 +40,7 @@ use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
-use layers::{Look, Seen};
+use layers::{Look, Shown};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -218,30 +216,39 @@ fn sample_tile(
             job.camera.rays(samples, want_differentials, &mut bundle);
             rays.extend(bundle.drain(..));
         }
+        let shown = (job, &all);
         if let Some(watch) = watch.as_deref_mut() {
             for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+                let (ray, untouched) = (ray.as_ref(), waiting.stream);
                 let own = (&mut workspace, &mut *watch);
-                let (radiance, seen) =
-                    waiting.trace((job, &all), sample, ray.as_ref(), own, has_layers);
-                waiting.finish(ray.as_ref(), radiance, seen, tile);
+                let radiance = waiting.trace(shown, sample, ray, own, has_layers);
+                if has_layers {
+                    layers::add(shown, &waiting, (ray, radiance), (&untouched, watch), tile);
+                }
+                waiting.finish(ray, radiance, tile);
             }
         } else {
             if has_layers {
-                looks.extend(waiting.iter().map(|waiting| Look::new(job, waiting.stream)));
+                if let (true, Some(first)) = (looks.is_empty(), waiting.first()) {
+                    looks = Look::some(WAVE, first.stream);
+                }
+                let both = looks.iter_mut().zip(&waiting);
+                both.for_each(|(look, waiting)| look.begin(job, waiting));
             }
             let camera = (samples.as_slice(), rays.as_slice());
             let own = (&mut workspace, looks.as_mut_slice());
-            let radiances = radiances((job, &all), camera, &mut waiting, own);
+            let radiances = radiances(shown, camera, &mut waiting, own);
             let mut radiances = radiances.into_iter();
-            let mut looked = looks.iter();
-            for (waiting, ray) in waiting.drain(..).zip(&rays) {
+            let mut looks = looks.iter();
+            for (waiting, ray) in waiting.iter().zip(&rays) {
                 let radiance = ray.as_ref().and_then(|_| radiances.next());
-                let seen = looked
-                    .next()
-                    .map(|look| look.seen(job, ray.as_ref(), all.spacing));
-                waiting.finish(ray.as_ref(), radiance.unwrap_or_default(), seen, tile);
+                let (ray, radiance) = (ray.as_ref(), radiance.unwrap_or_default());
+                if let Some(Look { watch, stream }) = looks.next() {
+                    layers::add(shown, waiting, (ray, radiance), (stream, watch), tile);
+                }
+                waiting.finish(ray, radiance, tile);
             }
-            looks.clear();
+            waiting.clear();
         }
         samples.clear();
         rays.clear();
@@ -268,7 +275,9 @@ fn radiances(
             watch,
         })
     };
-    let mut paths: ArrayVec<CameraPath, WAVE> = all_paths.filter_map(path).collect();
+    // Not collected, which would move all of them.
+    let mut paths = ArrayVec::<CameraPath, WAVE>::new();
+    paths.extend(all_paths.filter_map(path));
     let (integrator, world) = (&job.integrator, &job.world);
     integrator.radiances(world, &mut paths, workspace)
 }
@@ -297,16 +306,18 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
 }
 
 /// What all samples of an image have in common.
-struct OfAll {
+struct OfAll<'a> {
     /// Spacing of a pixel's samples, in pixels: see [`RenderJob::footprint_spp`].
     spacing: f32,
     /// See [`RenderJob::paths_per_sample`].
     light_paths: f32,
+    shown: Shown<'a>,
 }
 
-impl OfAll {
-    fn new(job: &RenderJob) -> OfAll {
+impl OfAll<'_> {
+    fn new(job: &RenderJob) -> OfAll<'_> {
         OfAll {
+            shown: Shown::new(job),
             spacing: 1.0 / (job.footprint_spp.max(1) as f32).sqrt(),
             light_paths: job.paths_per_sample(),
         }
@@ -376,24 +387,23 @@ impl PendingSample {
         }
     }
 
-    /// Follows the path by itself, unless it ends in the camera: its radiance, and what layers show of it, where any are wanted.
-    fn trace<'w>(
+    /// Follows the path by itself, unless it ends in the camera: its radiance.
+    fn trace(
         &mut self,
         (job, all): (&RenderJob, &OfAll),
         sample: &CameraSample,
         ray: Option<&CameraRay>,
-        (workspace, watch): (&mut Workspace, &'w mut Watch),
+        (workspace, watch): (&mut Workspace, &mut Watch),
         has_layers: bool,
-    ) -> (Rgb, Option<Seen<'w>>) {
+    ) -> Rgb {
         let Some(camera_ray) = ray else {
             watch.count(|counts| counts.blocked += 1);
-            return (Rgb::ZERO, has_layers.then(Seen::default));
+            return Rgb::ZERO;
         };
         let differentials = camera_ray.scaled_differentials(all.spacing);
         let end = self.camera_end(job, sample, camera_ray, all);
-        let untouched = self.stream;
         if has_layers {
-            watch.look(job.film.layers.lights() > 0);
+            watch.look(job.film.layers);
         }
         let radiance = job.integrator.radiance(
             &job.world,
@@ -404,29 +414,21 @@ impl PendingSample {
             Some(watch),
         );
         watch.count(Counts::end_path);
-        let seen =
-            has_layers.then(|| layers::seen(job, (camera_ray, all.spacing), untouched, watch));
-        (radiance, seen)
+        radiance
     }
 
-    /// Adds what the path has brought, and what layers show of it, where any are wanted.
-    fn finish(self, ray: Option<&CameraRay>, radiance: Rgb, seen: Option<Seen>, tile: &mut Tile) {
-        let weight = ray.map_or(Rgb::ZERO, |ray| {
-            ray.tint * (ray.weight * self.filter_weight)
-        });
-        if let Some(Seen { surface, parts }) = seen {
-            let surface = ray.map(|_| surface.as_ref());
-            let factor = tile.factor_of_parts(radiance, weight);
-            let lights = parts
-                .iter()
-                .flat_map(|parts| parts.scaled(factor, tile.lights()));
-            let lights: ArrayVec<Rgb, { LayerSet::MOST_LIGHTS }> = lights.collect();
-            tile.add_layers(self.pixel, self.filter_weight, surface, &lights);
-        }
-        if ray.is_none() {
-            tile.add_sample(self.pixel, Rgb::ZERO, 0.0);
-            return;
-        }
-        tile.add_colored_sample(self.pixel, radiance, weight);
+    /// What multiplies the radiance along a ray on its way to the pixel.
+    #[inline(always)]
+    fn weight(&self, ray: &CameraRay) -> Rgb {
+        ray.tint * (ray.weight * self.filter_weight)
+    }
+
+    /// Adds what the path has brought.
+    #[inline(always)]
+    fn finish(&self, ray: Option<&CameraRay>, radiance: Rgb, tile: &mut Tile) {
+        match ray {
+            Some(ray) => tile.add_colored_sample(self.pixel, radiance, self.weight(ray)),
+            None => tile.add_sample(self.pixel, Rgb::ZERO, 0.0),
+        };
     }
 }

@@ -4,6 +4,9 @@
 //! Photons come first, so that a pixel's path can gather them where it ends: nothing is kept of it but the size of its disc.
 //! Light paths are divided into fixed runs whose photons are joined in order, and each pixel sums its own. So the image
 //! does not depend on threads, and needs neither locks nor atomic sums.
+//!
+//! A checkpoint has all tiles with their discs, and how many iterations each has: all as many, or, where the render was stopped
+//! within one, some of them one more. The photons of an iteration are those of its number; they are sent again for the tiles that lack it.
 
 use super::halves::floor;
 use super::progressive::Progressive;
@@ -14,13 +17,16 @@ use crate::integrators::{Disc, Gather, Photon, PhotonMap, PhotonMapper};
 use crate::math::{DVec3, Rgb};
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Light paths in a run.
 const RUN: u64 = 1 << 12;
 
 /// Iterations before an error is believed.
 const PILOT: u32 = Goal::PILOT;
+
+/// Side of the largest tile, pixels: a checkpoint's record holds one.
+const LARGEST_TILE: u32 = 256;
 
 /// Renders as many iterations as pixels have samples; if it is stopped, as many as were done.
 pub(super) fn render(
@@ -29,12 +35,8 @@ pub(super) fn render(
     tile_size: u32,
     progress: &Progress,
 ) -> Film {
-    let mut passes = Passes::new(job, mapper, tile_size);
-    for _ in 0..job.sampler.spp() {
-        if !passes.iterate(progress) {
-            break;
-        }
-    }
+    let mut passes = Passes::restored(job, mapper, tile_size, job.sampler.spp(), progress);
+    while passes.done < job.sampler.spp() && passes.iterate(progress) {}
     passes.film()
 }
 
@@ -46,33 +48,28 @@ pub(super) fn render_until(
     goal: &Goal,
     progress: &Progress,
 ) -> Progressive {
-    let deadline = { goal.time }.and_then(|time| Instant::now().checked_add(time));
-    let mut passes = Passes::new(job, mapper, tile_size);
+    let mut passes = Passes::restored(job, mapper, tile_size, goal.max_spp, progress);
+    // As if the processes that a checkpoint knows of had been this one.
+    let spent = progress.journal().map_or(Duration::ZERO, |j| j.spent());
+    let left = goal.time.map(|time| time.saturating_sub(spent));
+    let deadline = left.and_then(|left| Instant::now().checked_add(left));
     let ended = loop {
+        if let Some(ended) = passes.ended(goal, deadline, progress) {
+            break ended;
+        }
         if !passes.iterate(progress) {
             break Ended::Stopped;
         }
-        let is_known = passes.done >= PILOT;
-        let error = is_known.then(|| error(&passes.film())).flatten();
-        progress.pass_done(passes.done, passes.done.into(), error);
-        if goal.error.zip(error).is_some_and(|(goal, e)| e <= goal) {
-            break Ended::Error;
-        }
-        if passes.done >= goal.max_spp {
-            break Ended::Samples;
-        }
-        if deadline.is_some_and(|end| Instant::now() >= end) {
-            break Ended::Time;
-        }
     };
     let film = passes.film();
+    let sampled = job.film.pixel_bounds().intersection(job.sampled);
     Progressive {
         error: error(&film),
         bound: None,
         first_dropped: film
             .first_dropped()
             .map(|first| (first, job.sampler.clone())),
-        spp: passes.done.into(),
+        spp: passes.samples() as f64 / sampled.area().max(1) as f64,
         passes: passes.done,
         film: film.developed(Kept::Variance),
         ended,
@@ -102,38 +99,119 @@ struct Passes<'a> {
     runs: Vec<Vec<Photon>>,
     map: PhotonMap,
     tiles: Vec<Pixels>,
-    /// Iterations so far.
+    /// Iterations that all tiles have.
     done: u32,
+    /// Samples that the checkpoint has.
+    kept: u64,
+}
+
+/// Iterations that all of these have.
+fn iterations(tiles: &[Pixels]) -> u32 {
+    tiles.iter().map(|tile| tile.done).min().unwrap_or(0)
 }
 
 /// The pixels of a tile.
 struct Pixels {
     tile: Tile,
     discs: Vec<Disc>,
+    /// Iterations so far.
+    done: u32,
+}
+
+impl Pixels {
+    fn store(&self, out: &mut Vec<u8>) {
+        self.tile.store(out);
+        self.discs.iter().for_each(|disc| disc.store(out));
+    }
+
+    /// What these, before the first iteration, became in `done`, by `bytes`; `None` if they cannot have become that.
+    fn restored(self, done: u32, mut bytes: &[u8]) -> Option<Pixels> {
+        let tile = self.tile.restored(&mut bytes)?;
+        let discs = self.discs.iter().map(|disc| disc.restored(&mut bytes));
+        let discs = discs.collect::<Option<_>>()?;
+        let has_all = |(_, pixel): (_, &PixelStatistics)| pixel.count() == u64::from(done);
+        let is_whole = bytes.is_empty() && tile.iter().all(has_all);
+        is_whole.then_some(Pixels { tile, discs, done })
+    }
 }
 
 impl<'a> Passes<'a> {
-    fn new(job: &'a RenderJob, mapper: &'a PhotonMapper<'a>, tile_size: u32) -> Passes<'a> {
+    /// What the checkpoint has, if that is at most so many iterations.
+    fn restored(
+        job: &'a RenderJob,
+        mapper: &'a PhotonMapper<'a>,
+        tile_size: u32,
+        most: u32,
+        progress: &Progress,
+    ) -> Passes<'a> {
         let film = job.film.pixel_bounds();
         let paths = mapper.paths(film.area() as u64);
         let pixels = |bounds: PixelBounds| Pixels {
             tile: job.film.tile(bounds),
             discs: vec![mapper.disc(); bounds.area()],
+            done: 0,
         };
         let sampled = film.intersection(job.sampled);
-        Passes {
+        let bounds: Vec<PixelBounds> = sampled.tiles(tile_size.min(LARGEST_TILE)).collect();
+        let kept = progress.journal().and_then(|journal| {
+            let read =
+                |tile: usize, done, bytes: &[u8]| pixels(*bounds.get(tile)?).restored(done, bytes);
+            journal.restore_iterated(bounds.len(), read)
+        });
+        let is_possible = |tiles: &Vec<Pixels>| {
+            let most = most.min(iterations(tiles) + 1);
+            tiles.iter().all(|tile| tile.done <= most)
+        };
+        let tiles = { kept.filter(is_possible) }
+            .unwrap_or_else(|| bounds.iter().copied().map(pixels).collect());
+        let passes = Passes {
             job,
             mapper,
             paths,
             runs: vec![Vec::new(); paths.div_ceil(RUN) as usize],
             map: PhotonMap::default(),
-            tiles: sampled.tiles(tile_size).map(pixels).collect(),
-            done: 0,
-        }
+            done: iterations(&tiles),
+            tiles,
+            kept: 0,
+        };
+        let kept = passes.samples();
+        progress.advance(kept);
+        Passes { kept, ..passes }
     }
 
-    /// One more iteration. Returns `false` if it was stopped; then some tiles may have it.
+    /// Why no iteration follows; `None` if one does: also where it has begun already.
+    fn ended(&self, goal: &Goal, deadline: Option<Instant>, progress: &Progress) -> Option<Ended> {
+        if self.done == 0 || self.tiles.iter().any(|tile| tile.done > self.done) {
+            return None;
+        }
+        let is_known = self.done >= PILOT;
+        let error = is_known.then(|| error(&self.film())).flatten();
+        progress.pass_done(self.done, self.done.into(), error);
+        if goal.error.zip(error).is_some_and(|(goal, e)| e <= goal) {
+            return Some(Ended::Error);
+        }
+        if self.done >= goal.max_spp {
+            return Some(Ended::Samples);
+        }
+        let is_over = deadline.is_some_and(|end| Instant::now() >= end);
+        is_over.then_some(Ended::Time)
+    }
+
+    /// One more iteration, and the checkpoint if it is time. Returns `false` if it was stopped; then some tiles may have it.
     fn iterate(&mut self, progress: &Progress) -> bool {
+        self.advance(progress);
+        if let Some(journal) = progress.journal()
+            && self.samples() > self.kept
+            && (progress.is_stopped() || journal.is_time_for(self.bytes()))
+        {
+            self.kept = self.samples();
+            journal.keep_iterated(&self.tiles, |tile| tile.done, Pixels::store);
+        }
+        !progress.is_stopped()
+    }
+
+    /// Takes the tiles that lack it through the next iteration, or, if it is stopped, some of them.
+    fn advance(&mut self, progress: &Progress) {
         let goes_on = || !progress.is_stopped();
         let Passes { job, mapper, .. } = *self;
         let paths = self.paths;
@@ -153,7 +231,7 @@ impl<'a> Passes<'a> {
             }
         });
         if !goes_on() {
-            return false;
+            return;
         }
         self.map.fill(self.runs.iter().map(Vec::as_slice));
         let pass = Pass {
@@ -164,16 +242,28 @@ impl<'a> Passes<'a> {
             number: self.done,
             spacing: OfAll::new(job).spacing,
         };
-        let tiles = self.tiles.par_iter_mut().filter(|_| goes_on());
-        tiles.for_each(|pixels| {
+        let tiles = self.tiles.par_iter_mut();
+        let lacking = tiles.filter(|tile| tile.done == pass.number && goes_on());
+        lacking.for_each(|pixels| {
             pass.sample(pixels);
             progress.advance(pixels.discs.len() as u64);
         });
-        self.done += 1;
+        self.done = iterations(&self.tiles);
         if let Some(live) = progress.live() {
             live.replace(self.film());
         }
-        goes_on()
+    }
+
+    /// Of all pixels.
+    fn samples(&self) -> u64 {
+        let of_tile = |tile: &Pixels| u64::from(tile.done) * tile.discs.len() as u64;
+        self.tiles.iter().map(of_tile).sum()
+    }
+
+    /// That a checkpoint takes, but for a few.
+    fn bytes(&self) -> u64 {
+        let pixels: usize = self.tiles.iter().map(|tile| tile.discs.len()).sum();
+        (pixels * (size_of::<PixelStatistics>() + size_of::<Disc>())) as u64
     }
 
     fn film(&self) -> Film {
@@ -214,6 +304,7 @@ impl Pass<'_> {
             }
             if samples.is_empty() {
                 pixels.tile.close();
+                pixels.done += 1;
                 return;
             }
             job.camera.rays(&samples, want_differentials, &mut rays);

@@ -4,7 +4,7 @@ use super::light_groups::LightGroups;
 use super::names::MaterialName;
 use super::options::Options;
 use super::transforms::Placement;
-use crate::film::LayerSet;
+use crate::film::{Layer, LayerSet};
 use crate::handles::{InterfaceId, MaterialId, ObjectId};
 use crate::integrators::IntegratorSpec;
 use crate::lights::{DiffuseAreaSpec, LightSpec};
@@ -54,10 +54,13 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The layers that the image is to have.
-    pub fn layers(&self) -> LayerSet {
-        let groups = 1 + self.light_groups.names.len();
-        self.options.film.layers.with_lights(groups)
+    /// The layers that the image is to have where these are `wanted`: with those of light, of which there is one for each group of
+    /// lights, or for each strategy.
+    pub fn layers(&self, wanted: LayerSet) -> LayerSet {
+        match self.options.integrator.spec.strategies().len() {
+            0 => wanted.with_lights(1 + self.light_groups.names.len()),
+            count => wanted.with(Layer::Lights).with_lights(count),
+        }
     }
 
     /// Reduces quality for a quick look (`--quick`), as in pbrt: a quarter of the width and height, one sample per

@@ -209,17 +209,14 @@ impl Frame {
     /// without a pixel; threads that the system does not give.
     pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
         options.apply(&mut self.frame).map_err(Problems::one)?;
-        let mut options = options.clone();
         if self.frame.options.integrator.spec.gathers_photons() {
-            keep_nothing(&mut options.checkpoint).map_err(Problems::one)?;
-            promise_nothing(&options).map_err(Problems::one)?;
+            promise_nothing(options).map_err(Problems::one)?;
             see_nothing(&self.frame.options.film).map_err(Problems::one)?;
         }
-        let options = &options;
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let wanted = frame.options.film.layers;
-        let light_groups = light_groups(&frame).map_err(Problems::one)?;
+        let light_layers = light_layers(&frame).map_err(Problems::one)?;
         let names = wanted
             .has_mattes()
             .then(|| Names::of(&frame, &about.sources));
@@ -232,7 +229,7 @@ impl Frame {
         if wanted.contains(Layer::Motion) && !scene.job.camera.connects() {
             return Err(Problems::one(NO_MOTION));
         }
-        scene.metadata.light_groups = light_groups;
+        scene.metadata.light_layers = light_layers;
         if let Some(names) = &names {
             name_things(&mut scene, names);
         }
@@ -284,18 +281,7 @@ impl About {
     }
 }
 
-/// No checkpoint for `sppm`, whose pixels change with every iteration; one that was asked for is refused.
-fn keep_nothing(checkpoint: &mut Option<Checkpoint>) -> Result<(), &'static str> {
-    match checkpoint.take() {
-        Some(Checkpoint { after, .. }) if after.is_zero() => Err(
-            "--checkpoint: iterations of `sppm` cannot be continued: leave the option out; a long render is ended by \
-             --time, or by an interrupt, with the image so far",
-        ),
-        _ => Ok(()),
-    }
-}
-
-/// Nor a bound on the error: pixels that share photons do not tell each other's noise.
+/// No bound on the error of `sppm`: pixels that share photons do not tell each other's noise.
 fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
     match options.confidence {
         Some(_) => Err(
@@ -307,16 +293,17 @@ fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
 }
 
 /// What the layers of light are called, if any are wanted.
-fn light_groups(frame: &scene::Frame) -> Result<Vec<String>, &'static str> {
-    let names = &frame.light_groups.names;
-    match frame.layers().lights() {
+fn light_layers(frame: &scene::Frame) -> Result<Vec<String>, &'static str> {
+    let names = frame.light_groups.names.iter().map(String::as_str);
+    let strategies = frame.options.integrator.spec.strategies();
+    match frame.options.film.layers.lights() {
         0 => Ok(Vec::new()),
-        _ if names.is_empty() => Err(
+        _ if !strategies.is_empty() => Ok(strategies),
+        _ if names.len() == 0 => Err(
             "--aov lights: no light of the scene is in a group: say, `LightSource \"point\" \"string group\" \"key\"`, or leave the layer out",
         ),
-        _ => Ok([NO_GROUP.to_string()]
-            .into_iter()
-            .chain(names.clone())
+        _ => Ok({ [NO_GROUP].into_iter().chain(names) }
+            .map(|group| format!("light_{group}"))
             .collect()),
     }
 }

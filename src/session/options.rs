@@ -157,6 +157,10 @@ impl Default for RenderOptions {
     }
 }
 
+/// One place for both.
+const LIGHTS_OR_STRATEGIES: &str = "--aov lights: `bdpt` shows its strategies (`visualizestrategies`, `visualizeweights`) in place of groups of \
+    lights: leave one of them out";
+
 impl RenderOptions {
     /// What to render until, if not the scene's number of samples.
     pub(super) fn goal(&self) -> Option<Goal> {
@@ -182,7 +186,11 @@ impl RenderOptions {
             let layers = options.film.layers;
             options.film.layers = layers.with(Layer::Albedo).with(Layer::Normal);
         }
-        frame.options.film.layers = frame.layers();
+        let wanted = options.film.layers;
+        if wanted.contains(Layer::Lights) && !options.integrator.spec.strategies().is_empty() {
+            return Err(LIGHTS_OR_STRATEGIES.to_string());
+        }
+        frame.options.film.layers = frame.layers(wanted);
         Ok(())
     }
 

@@ -133,6 +133,15 @@ pub(super) fn check(
 ) {
     for (frame, outputs) in frames.iter().zip(outputs) {
         let pixels = frame.options.film.pixel_bounds().area();
+        let integrator = &frame.options.integrator;
+        if !integrator.spec.strategies().is_empty() && !outputs.keep_variances() {
+            let message = "only .exr files keep the images of strategies";
+            let warning = Diagnostic::warning(message);
+            diagnostics.push(match integrator.place {
+                Some(place) => warning.at(place),
+                None => warning,
+            });
+        }
         let named = frame.options.film.filename.as_ref();
         let named = named.filter(|_| names.image.is_none());
         if let Some(file) = named {

@@ -132,7 +132,8 @@ impl Frame {
             return Err(Problems::one(ShardError::Photons.to_string()));
         }
         let film = options.film(&self.frame.options.film);
-        let film = film.map_err(Problems::one)?;
+        let mut film = film.map_err(Problems::one)?;
+        film.layers = self.frame.layers(film.layers);
         let identity = self.about.identity(&film, options)();
         let planned = shards.planned(&identity);
         let planned =

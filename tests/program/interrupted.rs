@@ -4,8 +4,11 @@ use super::cli::Folder;
 #[cfg(unix)]
 use crate::common::program::is_heard;
 use crate::common::program::{Run, fstop};
+use fstop::{Checkpoint, ReadOptions, RenderOptions, Rendered, Scene, Step};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
 /// Stratified samples and a real lens.
@@ -14,6 +17,8 @@ const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// Paths from the lights, too, which end anywhere on the film.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
+/// Photons, which all pixels share: tiles with their discs.
+const PHOTONS: &str = "tests/scenes/reference/int_sppm.pbrt";
 /// Ghosts of a lens, which do so, too.
 const GHOSTS: &str = "tests/scenes/valid/ghosts.pbrt";
 
@@ -107,6 +112,68 @@ fn so_do_those_with_paths_from_the_lights() {
     ] {
         let [undisturbed, killed] = undisturbed_and_killed(scene, &goal);
         assert!(undisturbed == killed, "{scene} {goal:?}");
+    }
+}
+
+#[test]
+fn so_do_those_with_photons() {
+    for goal in [["--spp", "120"], ["--error", "6%"]] {
+        let [undisturbed, killed] = undisturbed_and_killed(PHOTONS, &goal);
+        assert!(undisturbed == killed, "{goal:?}");
+    }
+}
+
+/// Some tiles have one iteration more than others then: no sample is taken twice, and no goal looked at.
+#[test]
+fn a_stop_within_an_iteration_changes_no_bit() {
+    let folder = Folder::new();
+    for goal in [None, Some(0.3)] {
+        let mut options = RenderOptions::default();
+        (options.spp, options.error, options.variance) = (Some(20), goal, true);
+        if goal.is_some() {
+            options.spp = None;
+        }
+        let render = |options: &RenderOptions, stop_after: u64| {
+            let stop = Arc::new(AtomicBool::new(false));
+            let mut options = options.clone();
+            options.stop = Some(Arc::clone(&stop));
+            let scene = Scene::load(PHOTONS, &ReadOptions::default());
+            let frame = scene.expect("a scene").into_frames().remove(0);
+            let prepared = frame.prepare(&options).expect("a frame");
+            let taken = AtomicU64::new(0);
+            let rendered = prepared.render(&|step| {
+                let stops = matches!(step, Step::Samples { .. })
+                    && taken.fetch_add(1, Relaxed) == stop_after;
+                stop.fetch_or(stops, Relaxed);
+            });
+            assert!(prepared.keep().1.is_none());
+            rendered
+        };
+        let whole = render(&options, u64::MAX);
+        options.checkpoint = Some(Checkpoint {
+            path: folder.path("a.fsc"),
+            after: Duration::ZERO,
+            every: Duration::from_secs(3600),
+            required: true,
+        });
+        // Of 16 tiles each; the first report is of what there was.
+        let mut stops = 0;
+        let resumed = loop {
+            let rendered = render(&options, [5, 21, 16, 40, 0, 70][stops % 6]);
+            if !rendered.stopped {
+                break rendered;
+            }
+            stops += 1;
+            assert!(stops < 100);
+        };
+        assert!(stops > 3, "{stops}");
+        let bits = |rendered: &Rendered| {
+            let image = &rendered.image;
+            let variance = image.variance.clone().expect("asked for");
+            (image.pixels.clone(), variance, rendered.passes)
+        };
+        assert!(bits(&whole) == bits(&resumed));
+        std::fs::remove_file(folder.path("a.fsc")).expect("a checkpoint");
     }
 }
 

@@ -183,9 +183,9 @@ fn what_cannot_be_is_said() {
         );
     }
     let light = |i: usize| format!("LightSource \"point\" \"string group\" \"g{i}\"\n");
-    let many: String = (0..13).map(light).collect();
+    let many: String = (0..23).map(light).collect();
     assert_eq!(render(&scene("path", &many)).code, 0);
-    let run = render(&scene("path", &(many + &light(13))));
+    let run = render(&scene("path", &(many + &light(23))));
     assert_eq!(run.code, 2);
     assert!(
         run.stderr.contains("one group of lights too many"),

@@ -41,6 +41,7 @@ mod passes;
 mod photons;
 mod progress;
 mod shards;
+mod strategies;
 #[cfg(target_os = "linux")]
 mod streams;
 mod suites;

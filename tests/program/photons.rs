@@ -47,10 +47,8 @@ fn seeds_are_independent_and_samples_are_iterations() {
 fn what_cannot_be_divided_is_refused() {
     let folder = Folder::new();
     let output = folder.path("a.exr").display().to_string();
-    let kept = folder.path("a.fsc").display().to_string();
     for (option, remedy) in [
         (&["--shard", "1/2"][..], "--seed"),
-        (&["--checkpoint", &kept], "--time"),
         (
             &["--confidence", "95%", "--error", "9%"],
             "leave the option out",

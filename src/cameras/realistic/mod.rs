@@ -114,6 +114,11 @@ impl Realistic {
         &self.transform
     }
 
+    /// See [`Blur`]; `None` where it depends on the point.
+    pub(super) fn even_blur(&self) -> Option<Blur> {
+        self.tilted.is_none().then_some(self.blur)
+    }
+
     /// See [`Blur`]; of the point `p` in render space.
     pub(super) fn blur(&self, p: Vec3, time: f32) -> Blur {
         self.tilted_blur(p, time).unwrap_or(self.blur)

@@ -37,6 +37,13 @@ impl Coverage {
         self.unit = self.unit.max(weight.abs());
         let count = if weight < 0.0 { -1 } else { 1 };
         let pixel = pixel as u32;
+        // Mostly the one before.
+        if let Some(last) = self.entries.last_mut()
+            && (last.pixel, last.id) == (pixel, id)
+        {
+            last.count += count;
+            return;
+        }
         let same = { self.entries.iter_mut().rev() }.take_while(|entry| entry.pixel == pixel);
         match same.into_iter().find(|entry| entry.id == id) {
             Some(entry) => entry.count += count,

@@ -38,19 +38,24 @@ pub struct LayerSample {
 /// Sums that all layers share: samples that left the lens, the weights of those that met a surface, their number, and that of all samples.
 pub(super) const SHARED: usize = 4;
 
-/// Most sums of a pixel.
-pub(super) const MAX_SUMS: usize = SHARED + 3 + 3 + 1 + 3 + 2 + 2 + 1 + 3 * LayerSet::MOST_LIGHTS;
-
-/// Sums over samples of one pixel: the shared ones, then each layer's.
+/// Sums of the layers of light.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Sums(ArrayVec<f64, MAX_SUMS>);
+struct Lights(ArrayVec<f64, { 3 * LayerSet::MOST_LIGHTS }>);
 
-impl Join for Sums {
-    fn join(&mut self, right: &Sums) {
+impl Lights {
+    /// Of no samples.
+    fn none(set: LayerSet) -> Lights {
+        Lights(std::iter::repeat_n(0.0, 3 * set.lights()).collect())
+    }
+}
+
+impl Join for Lights {
+    fn join(&mut self, right: &Lights) {
         add(&mut self.0, &right.0);
     }
 }
 
+#[inline(always)]
 fn add(sums: &mut [f64], more: &[f64]) {
     for (sum, more) in sums.iter_mut().zip(more) {
         *sum += more;
@@ -92,7 +97,7 @@ impl LayerPixels {
     ) {
         for number in 0..pixels {
             if let Some(index) = place(number) {
-                self.add(index, more.pixel(number));
+                self.add(index, more.pixel(number).iter().copied());
             }
         }
         for (own, more) in self.mattes.iter_mut().zip(&more.mattes) {
@@ -101,10 +106,12 @@ impl LayerPixels {
     }
 
     /// Adds to those of a pixel.
-    fn add(&mut self, index: usize, more: &[f64]) {
+    fn add(&mut self, index: usize, more: impl Iterator<Item = f64>) {
         let count = self.set.sums();
         if let Some(sums) = self.sums.get_mut(index * count..(index + 1) * count) {
-            add(sums, more);
+            sums.iter_mut()
+                .zip(more)
+                .for_each(|(sum, more)| *sum += more);
         }
     }
 
@@ -131,13 +138,31 @@ impl LayerPixels {
     }
 }
 
+/// The sums of all layers, wanted or not, in the order of [`Layer::ALL`], but for those of light.
+#[derive(Clone, Debug, Default)]
+struct Own([f64; ALL_SUMS]);
+
+/// How many, up to a whole vector of numbers.
+const ALL_SUMS: usize = 20;
+
+impl Join for Own {
+    fn join(&mut self, right: &Own) {
+        add(&mut self.0, &right.0);
+    }
+}
+
 /// The layers of a tile, to which the samples of a pixel are added one after the other.
 #[derive(Clone, Debug)]
 pub(in super::super) struct TileLayers {
     pub(in super::super) pixels: LayerPixels,
-    leaf: Sums,
+    /// Where the sums that are wanted are among all.
+    wanted: ArrayVec<u8, ALL_SUMS>,
+    leaf: Own,
     in_leaf: u32,
-    leaves: Pairwise<Sums>,
+    leaves: Pairwise<Own>,
+    /// The same of light, if any is wanted.
+    leaf_of_light: Lights,
+    leaves_of_light: Pairwise<Lights>,
 }
 
 impl TileLayers {
@@ -145,14 +170,18 @@ impl TileLayers {
         let pixels = LayerPixels::new(set, pixels)?;
         Some(Box::new(TileLayers {
             pixels,
-            leaf: zeros(set),
+            wanted: wanted(set),
+            leaf: Own::default(),
             in_leaf: 0,
             leaves: Pairwise::default(),
+            leaf_of_light: Lights::none(set),
+            leaves_of_light: Pairwise::default(),
         }))
     }
 
     /// Adds a sample of a pixel: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing. `lights` is what it
     /// brings to the pixel, by layers of light.
+    #[inline(always)]
     pub(in super::super) fn add(
         &mut self,
         pixel: usize,
@@ -160,85 +189,114 @@ impl TileLayers {
         sample: Option<Option<&LayerSample>>,
         lights: &[Rgb],
     ) {
-        self.leaf.0[3] += 1.0;
-        if let Some(found) = sample {
-            self.leaf.0[0] += 1.0;
-            if let Some(found) = found {
-                self.add_found(f64::from(weight), found);
+        match sample {
+            Some(Some(found)) => {
+                self.leaf.add(f64::from(weight), found);
                 self.cover(pixel, weight, found);
             }
+            Some(None) => add(&mut self.leaf.0, &[1.0, 0.0, 0.0, 1.0]),
+            None => self.leaf.0[3] += 1.0,
         }
-        let own = self.pixels.set.light_sums(&mut self.leaf.0);
-        add_lights(own, lights.iter().map(|light| light.as_dvec3()));
+        if !lights.is_empty() {
+            let lights = lights.iter().map(|light| light.as_dvec3());
+            add_lights(&mut self.leaf_of_light.0, lights);
+        }
         self.in_leaf += 1;
         if self.in_leaf == PixelSum::LEAF {
             self.next_leaf();
         }
     }
 
-    fn add_found(&mut self, weight: f64, sample: &LayerSample) {
-        let set = self.pixels.set;
-        let mut rest = self.leaf.0.as_mut_slice();
-        let mut add = |more: &[f64]| {
-            if let Some((own, others)) = std::mem::take(&mut rest).split_at_mut_checked(more.len())
-            {
-                { own.iter_mut().zip(more) }.for_each(|(sum, more)| *sum += more);
-                rest = others;
-            }
-        };
-        add(&[0.0, weight, 1.0, 0.0]);
-        if set.contains(Layer::Albedo) {
-            add(&(sample.albedo.as_dvec3() * weight).to_array());
-        }
-        if set.contains(Layer::Normal) {
-            add(&(sample.normal.as_dvec3() * weight).to_array());
-        }
-        if set.contains(Layer::Depth) {
-            add(&[sample.depth]);
-        }
-        if set.contains(Layer::Position) {
-            add(&sample.position.to_array());
-        }
-        if set.contains(Layer::Uv) {
-            add(&sample.uv.as_dvec2().to_array());
-        }
-        if set.contains(Layer::Motion) {
-            add(&sample.motion.to_array());
-        }
-        if set.contains(Layer::Coc) {
-            add(&[sample.coc]);
-        }
-    }
-
+    #[inline(always)]
     fn cover(&mut self, pixel: usize, weight: f32, sample: &LayerSample) {
-        let ids = [sample.material, sample.instance];
-        for ((layer, coverage), id) in Layer::MATTES
-            .into_iter()
-            .zip(&mut self.pixels.mattes)
-            .zip(ids)
-        {
-            if self.pixels.set.contains(layer) {
-                coverage.add(pixel, id, weight);
-            }
+        let (set, [materials, instances]) = (self.pixels.set, &mut self.pixels.mattes);
+        if set.contains(Layer::Material) {
+            materials.add(pixel, sample.material, weight);
+        }
+        if set.contains(Layer::Instance) {
+            instances.add(pixel, sample.instance, weight);
         }
     }
 
+    #[inline(never)]
     fn next_leaf(&mut self) {
+        let (own, lights) = self.leaf();
+        self.leaves.push(own);
+        if let Some(lights) = lights {
+            self.leaves_of_light.push(lights);
+        }
+    }
+
+    /// The leaf as far as it is filled. Starts the next one.
+    fn leaf(&mut self) -> (Own, Option<Lights>) {
         self.in_leaf = 0;
-        let leaf = std::mem::replace(&mut self.leaf, zeros(self.pixels.set));
-        self.leaves.push(leaf);
+        let set = self.pixels.set;
+        let lights = || std::mem::replace(&mut self.leaf_of_light, Lights::none(set));
+        let lights = (set.lights() > 0).then(lights);
+        (std::mem::take(&mut self.leaf), lights)
     }
 
     /// Pools what has been added for this pixel.
     pub(in super::super) fn close(&mut self, index: usize) {
-        let rest = (self.in_leaf > 0).then(|| {
-            self.in_leaf = 0;
-            std::mem::replace(&mut self.leaf, zeros(self.pixels.set))
-        });
-        if let Some(sums) = self.leaves.take(rest) {
-            self.pixels.add(index, &sums.0);
+        let (own, lights) = match self.in_leaf {
+            0 => (None, None),
+            _ => {
+                let (own, lights) = self.leaf();
+                (Some(own), lights)
+            }
+        };
+        if let Some(own) = self.leaves.take(own) {
+            let sums = self.wanted.iter().map(|&place| own.0[usize::from(place)]);
+            let lights = self.leaves_of_light.take(lights).unwrap_or_default();
+            self.pixels.add(index, sums.chain(lights.0));
         }
     }
+}
+
+impl Own {
+    /// Adds a sample that has met a surface: in one loop, whatever is wanted.
+    #[inline(always)]
+    fn add(&mut self, weight: f64, sample: &LayerSample) {
+        let (albedo, normal) = (sample.albedo.as_dvec3(), sample.normal.as_dvec3());
+        let (position, uv) = (sample.position, sample.uv.as_dvec2());
+        let more: [f64; ALL_SUMS] = [
+            1.0,
+            weight,
+            1.0,
+            1.0,
+            albedo.x * weight,
+            albedo.y * weight,
+            albedo.z * weight,
+            normal.x * weight,
+            normal.y * weight,
+            normal.z * weight,
+            sample.depth,
+            position.x,
+            position.y,
+            position.z,
+            uv.x,
+            uv.y,
+            sample.motion.x,
+            sample.motion.y,
+            sample.coc,
+            0.0,
+        ];
+        add(&mut self.0, &more);
+    }
+}
+
+/// Where the sums of these layers are among all.
+fn wanted(set: LayerSet) -> ArrayVec<u8, ALL_SUMS> {
+    let mut wanted: ArrayVec<u8, ALL_SUMS> = (0..SHARED as u8).collect();
+    let mut place = SHARED as u8;
+    for layer in Layer::ALL {
+        let end = place + layer.sums() as u8;
+        if set.contains(layer) {
+            wanted.extend(place..end);
+        }
+        place = end;
+    }
+    wanted
 }
 
 impl LayerSet {
@@ -253,10 +311,6 @@ fn add_lights(sums: &mut [f64], lights: impl Iterator<Item = DVec3>) {
     for (sums, light) in sums.chunks_exact_mut(3).zip(lights) {
         add(sums, &light.to_array());
     }
-}
-
-fn zeros(set: LayerSet) -> Sums {
-    Sums(std::iter::repeat_n(0.0, set.sums()).collect())
 }
 
 /// A layer of all pixels of an image.

@@ -4,6 +4,7 @@
 use super::Bdpt;
 use super::light_end::Lit;
 use super::light_path::LightPath;
+use super::strategies::layer;
 use super::vertex::Vertex;
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
 use super::weights::{History, Onward, square, weight, weight_of_joint};
@@ -173,13 +174,27 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             n: hit.surface.n,
         };
         let weight = self.weight_of_hit(id, end, pdf, history);
-        self.gain_from(id, self.walk.throughput * radiance * weight);
+        let depth = self.walk.depth;
+        self.gain_from((id, depth, 0), self.walk.throughput * radiance, weight);
     }
 
-    /// Adds what a light has brought.
-    fn gain_from(&mut self, id: LightId, light: Rgb) {
-        self.context.part(Some(id), light);
-        self.radiance += light;
+    /// Adds what a light has brought, by a path of so many scattering events and s vertices from the light.
+    fn gain_from(&mut self, (id, depth, s): (LightId, u32, u32), light: Rgb, weight: f32) {
+        let weighted = light * weight;
+        self.show(Some(id), (depth, s), light, weighted);
+        self.radiance += weighted;
+    }
+
+    /// Tells the layers of light, or those of strategies, if there are any.
+    #[inline(always)]
+    fn show(&mut self, id: Option<LightId>, (depth, s): (u32, u32), light: Rgb, weighted: Rgb) {
+        match self.bdpt.shown {
+            None => self.context.part(id, weighted),
+            Some(shown) => {
+                let value = shown.of(light, weighted);
+                self.context.part_of_layer(layer(depth, s), value);
+            }
+        }
     }
 
     /// s = 0: the ray leaves the scene; the infinite lights.
@@ -209,7 +224,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                     n: Vec3::ZERO,
                 };
                 let weight = self.weight_of_hit(id, end, pdf, &history);
-                self.gain_from(id, self.walk.throughput * radiance * weight);
+                let depth = self.walk.depth;
+                self.gain_from((id, depth, 0), self.walk.throughput * radiance, weight);
             }
         }
     }
@@ -301,7 +317,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             }
         };
         let weight = weight(met, camera);
-        self.gain_from(id, self.walk.throughput * contribution * left * weight);
+        let light = self.walk.throughput * contribution * left;
+        self.gain_from((id, self.walk.depth + 1, 1), light, weight);
     }
 
     /// s ≥ 2: every vertex of the light path, as far as the path does not become too long.
@@ -346,9 +363,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             if is_black(left) {
                 continue;
             }
-            let light = weighted * left;
-            self.context.part(self.light_path.light, light);
-            self.joined += light;
+            let strategy = (self.walk.depth + end.depth + 2, end.depth + 2);
+            let light = joined * left / share;
+            let weighted = weighted * left;
+            self.show(self.light_path.light, strategy, light, weighted);
+            self.joined += weighted;
         }
     }
 

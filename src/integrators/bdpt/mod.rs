@@ -21,6 +21,7 @@ mod camera_path;
 mod light_end;
 mod light_path;
 mod splat;
+mod strategies;
 mod vertex;
 mod walk;
 mod weights;
@@ -35,6 +36,7 @@ use camera_path::CameraPath;
 use light_path::{LightPath, LightTracer};
 
 pub(super) use light_path::SpareVertices;
+pub use strategies::Shown;
 pub(super) use walk::{Carries, Turn};
 
 /// Parameters of `Integrator "bdpt"`.
@@ -47,20 +49,27 @@ pub struct Bdpt {
     /// The share of camera paths that are joined to a light path (s ≥ 2 and t ≥ 2): what pays is found by a pilot pass. 0 only where
     /// all light is found by camera paths alone, too.
     pub connections: f32,
+    /// Images of strategies, if they are wanted.
+    pub shown: Option<Shown>,
 }
 
 impl Bdpt {
-    /// Reads the parameters. `visualizestrategies` and `visualizeweights` write an image of each strategy in pbrt-v3, for its developers;
-    /// no public scene that is known asks for them.
+    /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Bdpt {
-        for name in ["visualizestrategies", "visualizeweights"] {
-            if reader.boolean(name, false) {
-                reader.note(format!(
-                    "`{name}` is not followed: the image is written, and none of each strategy"
-                ));
-            }
+        let bdpt = Bdpt::from(Path::from_params(reader));
+        let mut max_depth = bdpt.max_depth;
+        let shown = Shown::from_params(reader, &mut max_depth);
+        Bdpt {
+            max_depth,
+            shown,
+            ..bdpt
         }
-        Bdpt::from(Path::from_params(reader))
+    }
+
+    /// What the images of strategies are called; none if they are not wanted.
+    pub fn strategies(&self) -> Vec<String> {
+        let names = self.shown.map(|_| strategies::names(self.max_depth));
+        names.unwrap_or_default()
     }
 }
 
@@ -71,6 +80,7 @@ impl From<Path> for Bdpt {
             max_depth: path.max_depth,
             light_strategy: path.light_strategy,
             connections: 1.0,
+            shown: None,
         }
     }
 }

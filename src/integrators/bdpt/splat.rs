@@ -2,6 +2,7 @@
 //! point where it lands. Connections are collected, so that a lens traces many of them side by side.
 
 use super::light_path::{LightTracer, LightVertex};
+use super::strategies::layer;
 use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
 use crate::handles::{LightId, MediumId};
@@ -25,6 +26,8 @@ struct Pending {
     /// The cosine at the vertex.
     cosine: f32,
     history: History,
+    /// Scattering events of the path.
+    depth: u32,
     /// The medium between vertex and lens.
     medium: Option<MediumId>,
     /// Numbers for the transmittance of media; the path's own go on from here as well, for other contributions.
@@ -99,6 +102,7 @@ impl Waiting<'_, '_> {
             reverse: scattered.reverse,
             cosine: end.vertex.cosine(aim.wi),
             history: end.history,
+            depth: end.depth + 1,
             medium: end.vertex.medium_toward(self.tracer.world, aim.wi),
             stream: *stream,
         });
@@ -148,11 +152,18 @@ fn bring(
         for_pixels(job, raster, |pixel, value, density| {
             let others = earlier * square(density.into());
             let weight = weight(others, 0.0);
+            let strategy = layer(pending.depth, pending.depth + 1);
+            let weighted = light * left * (value * weight);
+            let shown = tracer.bdpt.shown.map(|shown| {
+                let alone = light * left * value;
+                (strategy, shown.of(alone, weighted))
+            });
             splat(Splat {
                 path: pending.path,
                 light: pending.begins_at,
                 pixel,
-                value: light * left * (value * weight),
+                value: weighted,
+                shown,
                 by_camera: others.sqrt(),
             });
         });

@@ -14,6 +14,7 @@ use super::shadows::{Gain, Shadows};
 use super::{Path, PathState, Trail};
 use crate::accel::{ClosestHit, FlatHits};
 use crate::handles::LightId;
+use crate::integrators::Sight;
 use crate::integrators::context::{Bundle, CameraPath, Lights, WAVE, Workspace};
 use crate::math::Rgb;
 use crate::math::ray::Ray;
@@ -33,6 +34,9 @@ pub(in super::super) struct Wave {
     /// What is not a flat matte triangle.
     others: ArrayVec<(u32, Option<ClosestHit>), WAVE>,
     flats: FlatHits<WAVE>,
+    /// For layers: whether some paths have not met what these tell of, and whether they ask for (u, v).
+    is_looking: bool,
+    wants_uv: bool,
     mattes: Mattes<WAVE>,
     lamps: Lamps,
     shadows: Shadows,
@@ -47,6 +51,8 @@ impl Wave {
             found: [None; WAVE],
             others: ArrayVec::new(),
             flats: FlatHits::default(),
+            is_looking: false,
+            wants_uv: false,
             mattes: Mattes::default(),
             lamps: Lamps::new(world),
             shadows: Shadows::default(),
@@ -60,7 +66,7 @@ pub(super) struct Walk<'a, 'p, const WATCHED: bool> {
     pub bundle: Bundle<'a, 'p>,
 }
 
-impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
+impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     /// The radiance along each path. Returns what else the bundle has lent.
     pub(super) fn radiances(
         mut self,
@@ -74,13 +80,42 @@ impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
             .extend(self.bundle.paths.iter().take(WAVE).map(begin));
         wave.walking.clear();
         wave.walking.extend(0..wave.trails.len() as u32);
-        let mut is_first = true;
-        while !wave.walking.is_empty() {
-            self.extend(wave, is_first);
-            is_first = false;
-        }
+        self.walk(wave, true);
         out.extend(wave.trails.iter().map(|trail| trail.radiance));
         self.bundle.workspace
+    }
+
+    /// Extends all paths to their ends.
+    fn walk(&mut self, wave: &mut Wave, mut is_first: bool) {
+        let mut is_watched = self.see(wave);
+        while !wave.walking.is_empty() {
+            if WATCHED && !is_watched {
+                // All has been seen.
+                return self.unwatched().walk(wave, is_first);
+            }
+            self.extend(wave, is_first);
+            is_first = false;
+            is_watched = self.see(wave);
+        }
+    }
+
+    /// The same work, but nobody looks.
+    fn unwatched(&mut self) -> Walk<'_, 'p, false> {
+        let Bundle {
+            world,
+            lights,
+            paths,
+            workspace,
+        } = &mut self.bundle;
+        Walk {
+            path: self.path,
+            bundle: Bundle {
+                world,
+                lights,
+                paths,
+                workspace,
+            },
+        }
     }
 
     /// Extends all paths by a vertex.
@@ -108,7 +143,7 @@ impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
         wave.others.clear();
         for i in 0..wave.walking.len() {
             let (path, found) = (wave.walking[i], wave.found[i].take());
-            if !wave.add_flat(world, path, found.as_ref()) {
+            if !wave.add_flat::<WATCHED>(world, path, found.as_ref()) {
                 wave.others.push((path, found));
             }
         }
@@ -127,29 +162,45 @@ impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
                     wave.mattes.place_alone(i, &hit.surface);
                 }
             }
-            if WATCHED {
-                self.look_at_flat(wave, i);
-            }
+        }
+        if WATCHED && wave.is_looking {
+            self.look_at_flats(wave, count);
         }
     }
 
-    /// Looks at a flat triangle, for layers.
-    fn look_at_flat(&mut self, wave: &Wave, i: usize) {
-        let (world, path) = (self.bundle.world, wave.mattes.path(i));
-        let watch = self.bundle.paths[path].watch.as_mut();
-        let sight = watch.and_then(|watch| watch.sight.as_mut());
-        let (Some(sight), Some(found)) = (
-            sight.filter(|sight| sight.is_looking()),
-            wave.flats.found(i),
-        ) else {
-            return;
-        };
-        let flat = world.geometry.flat(&found);
-        let material = flat.and_then(|triangle| triangle.attributes().material);
-        let ray = &wave.trails[path].ray;
-        let from = wave.mattes.from(i, ray.time);
-        let reflectance = wave.mattes.reflectance(i);
-        sight.meet_matte(ray, (&found, material), (from.p, from.n), reflectance);
+    /// Looks at flat triangles, for layers.
+    fn look_at_flats(&mut self, wave: &mut Wave, count: usize) {
+        if wave.wants_uv {
+            wave.flats.find_parameters(count);
+        }
+        for i in 0..count {
+            let path = wave.mattes.path(i);
+            let (Some(sight), Some(found)) =
+                (sight(&mut self.bundle.paths[path]), wave.flats.found(i))
+            else {
+                continue;
+            };
+            let ray = &wave.trails[path].ray;
+            let from = wave.mattes.from(i, ray.time);
+            let uv = wave.flats.parameters(i).filter(|_| wave.wants_uv);
+            let (material, standing) = wave.flats.noted(i);
+            let hit = (&found, material, Some(standing));
+            sight.meet_matte(ray, hit, (from.p, from.n, uv), wave.mattes.reflectance(i));
+        }
+    }
+
+    /// Finds out whether layers still look at any path, or follow its light: returns `true` if they do.
+    fn see(&mut self, wave: &mut Wave) -> bool {
+        if !WATCHED {
+            return false;
+        }
+        let paths = &mut *self.bundle.paths;
+        let mut watches = paths.iter().filter_map(|path| path.watch.as_deref());
+        let follows = watches.next().is_some_and(|watch| watch.parts.is_some());
+        let looking = { paths.iter_mut().filter_map(sight) }.find(|sight| !sight.is_done());
+        wave.is_looking = looking.is_some();
+        wave.wants_uv = looking.is_some_and(|sight| sight.wants_uv);
+        follows || wave.is_looking
     }
 
     /// A step that a path takes alone, unless it finds that the surface is matte.
@@ -311,7 +362,12 @@ impl<'a, const WATCHED: bool> Walk<'a, '_, WATCHED> {
 impl Wave {
     /// Takes up a hit if it is of a flat triangle that is matte everywhere and emits nothing.
     #[inline(always)]
-    fn add_flat(&mut self, world: &World, path: u32, found: Option<&ClosestHit>) -> bool {
+    fn add_flat<const WATCHED: bool>(
+        &mut self,
+        world: &World,
+        path: u32,
+        found: Option<&ClosestHit>,
+    ) -> bool {
         let Some(found) = found else {
             return false;
         };
@@ -331,6 +387,9 @@ impl Wave {
             let i = self.mattes.count();
             self.mattes.add_flat(path, reflectance, trail.throughput);
             self.flats.set(i, &trail.ray, (&triangle, found));
+            if WATCHED && self.is_looking {
+                self.flats.note(i, &triangle);
+            }
         }
         true
     }
@@ -341,6 +400,12 @@ impl Wave {
         let trail = &self.trails[self.mattes.path(i)];
         trail.sample_all_count(lights).is_some()
     }
+}
+
+/// What looks at a path.
+#[inline(always)]
+fn sight<'a>(path: &'a mut CameraPath) -> Option<&'a mut Sight> {
+    path.watch.as_mut()?.sight.as_mut()
 }
 
 /// Adds light that a path has gained.

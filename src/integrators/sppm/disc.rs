@@ -27,6 +27,25 @@ impl Disc {
         self.radius
     }
 
+    /// Appends it to `out`, for a checkpoint.
+    pub fn store(&self, out: &mut Vec<u8>) {
+        for number in [self.radius, self.photons] {
+            out.extend(number.to_le_bytes());
+        }
+    }
+
+    /// What this one became, by the start of `bytes`, which is taken away; `None` if it cannot have become that.
+    pub fn restored(&self, bytes: &mut &[u8]) -> Option<Disc> {
+        let mut number = || {
+            let (first, rest) = bytes.split_first_chunk()?;
+            *bytes = rest;
+            Some(f64::from_le_bytes(*first))
+        };
+        let (radius, photons) = (number()?, number()?);
+        let is_one = radius > 0.0 && radius <= self.radius && photons >= 0.0 && photons.is_finite();
+        is_one.then_some(Disc { radius, photons })
+    }
+
     /// Takes account of the photons that an iteration has `found`: with N kept before and M found, N + αM are kept, and the area
     /// shrinks as if these were as dense as the N + M (Hachisuka and Jensen 2009, equation 5).
     pub(super) fn shrink(&mut self, found: u64) {
@@ -57,6 +76,35 @@ mod tests {
         disc.shrink(6);
         assert!((disc.radius().powi(2) - area * 24.0 / 26.0).abs() < 1e-15);
         assert!((disc.photons - 24.0).abs() < 1e-12);
+    }
+
+    /// From a checkpoint, which anybody may have written.
+    #[test]
+    fn a_disc_comes_back_as_it_was_or_not_at_all() {
+        let mut disc = Disc::new(0.5);
+        disc.shrink(30);
+        let stored = |disc: &Disc| {
+            let mut bytes = Vec::new();
+            disc.store(&mut bytes);
+            bytes
+        };
+        let mut bytes = &[stored(&disc), vec![77]].concat()[..];
+        assert_eq!(Disc::new(0.5).restored(&mut bytes), Some(disc));
+        assert_eq!(bytes, [77]);
+        assert_eq!(Disc::new(0.5).restored(&mut &stored(&disc)[..15]), None);
+        let none = f64::NAN;
+        for (radius, photons) in [
+            (0.6, 1.0),
+            (0.0, 1.0),
+            (-0.1, 1.0),
+            (none, 1.0),
+            (0.1, -1.0),
+            (0.1, none),
+            (0.1, f64::INFINITY),
+        ] {
+            let bytes = stored(&Disc { radius, photons });
+            assert_eq!(Disc::new(0.5).restored(&mut &bytes[..]), None);
+        }
     }
 
     /// With M photons an iteration in a disc of unit area the n-th radius squared goes like n^(α − 1): each iteration finds photons in

@@ -139,6 +139,11 @@ type Pair = [[f64; 2]; 2];
 impl RenderJob {
     /// Chooses how light paths are traced, in a small part of the time of the image. A pure function of scene, settings and seed.
     pub fn run_pilot_pass(&mut self) {
+        if self.integrator.shows_all_strategies() {
+            // As they are, not as they pay: one light path for each camera sample.
+            self.light_share = LightShare(1.0);
+            return;
+        }
         if !self.integrator.is_indirect() {
             self.integrator.join(0.0);
             self.light_share = LightShare(0.0);
