@@ -55,6 +55,7 @@ pub use bounds::PixelBounds;
 pub use developed::{Developed, Kept};
 pub use encoding::Encoding;
 pub use image::Image;
+pub(crate) use layers::GrowingLayers;
 pub use layers::{
     ImageLayer, ImageLayers, ImageMatte, Layer, LayerSample, LayerSet, Manifest, MatteId, NO_GROUP,
 };

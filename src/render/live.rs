@@ -4,7 +4,9 @@
 //! who looks holds it for longer, so nobody delays the render. The image itself is made elsewhere and does not depend on
 //! any of this.
 
-use crate::film::{Film, FilmSpec, Image, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::film::{
+    Film, FilmSpec, GrowingLayers, Image, ImageLayers, PixelBounds, PixelStatistics, Splats, Tile,
+};
 use crate::math::{Rgb, UVec2};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -25,6 +27,8 @@ struct Picture {
     halves: [Vec<Shown>; 2],
     /// What light paths have brought to each half's pixels, if any were traced.
     light: [Vec<Rgb>; 2],
+    /// Of all samples, if the image has layers.
+    layers: Option<GrowingLayers>,
     /// Squares of [`SIDE`] pixels, row by row, that have changed since they were last asked for.
     changed: Vec<bool>,
 }
@@ -55,7 +59,7 @@ impl Shown {
 }
 
 impl Live {
-    /// A black image, without layers.
+    /// A black image.
     pub(crate) fn new(spec: &FilmSpec) -> Live {
         let bounds = spec.pixel_bounds();
         Live {
@@ -65,6 +69,7 @@ impl Live {
             picture: Mutex::new(Picture {
                 halves: [Vec::new(), Vec::new()],
                 light: [Vec::new(), Vec::new()],
+                layers: GrowingLayers::new(spec),
                 changed: vec![false; bounds.tiles(SIDE).count()],
             }),
         }
@@ -92,6 +97,9 @@ impl Live {
                 pixels[index].join(Shown::of(samples));
             }
         }
+        if let Some(layers) = &mut picture.layers {
+            layers.add(&tile);
+        }
         self.touch(&mut picture.changed, tile.bounds());
     }
 
@@ -100,6 +108,9 @@ impl Live {
         let shown = film.pixels().iter().map(Shown::of).collect();
         let mut picture = self.lock();
         picture.halves[0] = shown;
+        if let Some(layers) = &mut picture.layers {
+            layers.replace(&film);
+        }
         picture.changed.fill(true);
     }
 
@@ -140,7 +151,14 @@ impl Live {
         bounds.pixels().map(shown).collect()
     }
 
-    /// The image so far, without variances, and its samples per pixel on average.
+    /// The layers of these pixels so far, but for Cryptomattes and what light paths have brought to light groups.
+    pub fn layers(&self, bounds: PixelBounds) -> ImageLayers {
+        let picture = self.lock();
+        let layers = picture.layers.as_ref();
+        layers.map_or_else(ImageLayers::default, |layers| layers.pixels(bounds))
+    }
+
+    /// The image so far, without layers and variances, and its samples per pixel on average.
     pub fn image(&self) -> (Image, f64) {
         let mut image = Image::black(UVec2::ZERO);
         (image.resolution, image.bounds) = (self.resolution, self.bounds);

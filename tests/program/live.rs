@@ -2,6 +2,7 @@
 //! them, nor when it is done.
 
 use super::cli::{Folder, LENS, load};
+use super::layers::Channels;
 use crate::common::program::{Run, fstop};
 use fstop::math::UVec2;
 use serde_json::Value;
@@ -165,6 +166,32 @@ fn a_viewer_has_the_image_at_the_end() {
             }
         }
         assert_eq!(shown.values.len(), 4 * image.bounds.area(), "{options:?}");
+    }
+}
+
+/// Its layers, too, under the names that they have in the file, but for Cryptomattes.
+#[test]
+fn a_viewer_has_the_layers() {
+    let folder = Folder::new();
+    let path = folder.path("a.exr");
+    let (address, shown) = viewer(look);
+    let list = "albedo,depth,uv,material,coc,alpha";
+    let options = ["--spp", "8", "--aov", list, "--display-server", &address];
+    render(BOX, &path, &options);
+    let images = shown.join().expect("no wrong packet");
+    let shown = &images[&path.display().to_string()];
+    let layers = "albedo.R albedo.G albedo.B depth.Z uv.U uv.V coc.Y A";
+    let names = format!("R G B samples.Y {layers}");
+    assert_eq!(shown.channels.join(" "), names);
+    let file = Channels::of(&path);
+    for (channel, name) in shown.channels.iter().enumerate() {
+        if name == "samples.Y" {
+            continue;
+        }
+        for (index, value) in file.get(name).iter().enumerate() {
+            let pixel = [index % file.width, index / file.width].map(|i| i as u32);
+            assert_eq!(shown.values[&(channel, pixel)], *value, "{name} {pixel:?}");
+        }
     }
 }
 

@@ -80,7 +80,13 @@ impl LiveArgs {
         }
         let viewer = self.display_server.as_ref().map(|address| {
             let name = outputs.image().display().to_string();
-            Viewer::start(address, &name, &frame.live(), quiet)
+            let live = frame.live();
+            Viewer::start(
+                address,
+                (name, &frame.metadata().light_layers),
+                &live,
+                quiet,
+            )
         });
         // Pipes and devices have nothing beside them.
         let is_plain = |image: &&Path| !image.exists() || image.is_file();

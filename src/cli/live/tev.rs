@@ -7,32 +7,34 @@ const CREATE_IMAGE: u8 = 4;
 /// Whose channels lie in one row of numbers, each with an offset and a stride.
 const UPDATE_IMAGE_V3: u8 = 6;
 
-/// What is shown: the image, and as a layer of its own how many samples each pixel has.
-pub(super) const CHANNELS: [&str; 4] = ["R", "G", "B", "samples.Y"];
-
-/// The values of a pixel.
-pub(super) type Pixel = [f32; CHANNELS.len()];
-
-/// A new black image of this many pixels, in front of the others.
-pub(super) fn create(name: &str, size: [u32; 2]) -> Vec<u8> {
-    let mut packet = Packet::new(CREATE_IMAGE, true, name);
-    size.into_iter().for_each(|n| packet.number(n));
-    packet.channels();
-    packet.finish()
+/// An image that a viewer is shown.
+pub(super) struct Title {
+    pub name: String,
+    /// Of its channels; those of one layer have its name before a dot.
+    pub channels: Vec<String>,
 }
 
-/// The pixels, row by row, of a rectangle from the pixel `at`.
-pub(super) fn update(name: &str, at: [u32; 2], size: [u32; 2], pixels: &[Pixel]) -> Vec<u8> {
-    let mut packet = Packet::new(UPDATE_IMAGE_V3, false, name);
-    packet.channels();
-    at.into_iter().chain(size).for_each(|n| packet.number(n));
-    (0..CHANNELS.len() as i64).for_each(|offset| packet.long(offset));
-    (0..CHANNELS.len()).for_each(|_| packet.long(CHANNELS.len() as i64));
-    let values = pixels.as_flattened().iter();
-    packet
-        .0
-        .extend(values.flat_map(|value| value.to_le_bytes()));
-    packet.finish()
+impl Title {
+    /// A new black image of this many pixels, in front of the others.
+    pub(super) fn create(&self, size: [u32; 2]) -> Vec<u8> {
+        let mut packet = Packet::new(CREATE_IMAGE, true, &self.name);
+        size.into_iter().for_each(|n| packet.number(n));
+        packet.channels(&self.channels);
+        packet.finish()
+    }
+
+    /// The pixels, row by row, of a rectangle from the pixel `at`: of each the values of all channels.
+    pub(super) fn update(&self, at: [u32; 2], size: [u32; 2], values: &[f32]) -> Vec<u8> {
+        let mut packet = Packet::new(UPDATE_IMAGE_V3, false, &self.name);
+        packet.channels(&self.channels);
+        at.into_iter().chain(size).for_each(|n| packet.number(n));
+        let count = self.channels.len() as i64;
+        (0..count).for_each(|offset| packet.long(offset));
+        (0..count).for_each(|_| packet.long(count));
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes());
+        packet.0.extend(bytes);
+        packet.finish()
+    }
 }
 
 struct Packet(Vec<u8>);
@@ -58,9 +60,9 @@ impl Packet {
         self.0.extend(number.to_le_bytes());
     }
 
-    fn channels(&mut self) {
-        self.number(CHANNELS.len() as u32);
-        CHANNELS.iter().for_each(|name| self.string(name));
+    fn channels(&mut self, names: &[String]) {
+        self.number(names.len() as u32);
+        names.iter().for_each(|name| self.string(name));
     }
 
     fn finish(mut self) -> Vec<u8> {
@@ -78,8 +80,12 @@ mod tests {
     fn packets_are_as_the_protocol_has_them() {
         let expected =
             b"\x28\0\0\0\x04\x01a.exr\0\x03\0\0\0\x02\0\0\0\x04\0\0\0R\0G\0B\0samples.Y\0";
-        assert_eq!(create("a.exr", [3, 2]), expected[..]);
-        let packet = update("a", [5, 6], [1, 1], &[[0.5, 1.0, 2.0, 8.0]]);
+        let title = |name: &str| Title {
+            name: name.to_string(),
+            channels: ["R", "G", "B", "samples.Y"].map(String::from).to_vec(),
+        };
+        assert_eq!(title("a.exr").create([3, 2]), expected[..]);
+        let packet = title("a").update([5, 6], [1, 1], &[0.5, 1.0, 2.0, 8.0]);
         assert_eq!(
             packet.len(),
             u32::from_le_bytes([packet[0], packet[1], packet[2], packet[3]]) as usize

@@ -1,9 +1,10 @@
 //! `--display-server`: a thread that shows the image to a viewer as it grows. The render never waits for it: what a slow viewer
 //! has not taken yet is replaced by newer pixels, and one that is gone is looked for again now and then.
 
-use super::tev::{self, Pixel};
+use super::tev::Title;
 use crate::cli::messages;
-use crate::film::{Image, PixelBounds};
+use crate::film::{Image, ImageLayers, PixelBounds};
+use crate::math::{Rgb, UVec2};
 use crate::session::Live;
 use std::io::{self, ErrorKind, Write};
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
@@ -23,23 +24,37 @@ const AGAIN: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)];
 /// What the whole image may take when the render is over.
 const LINGER: Duration = Duration::from_secs(2);
 
+/// Asks for the names of layers alone.
+const NO_PIXELS: PixelBounds = PixelBounds {
+    min: UVec2::ZERO,
+    max: UVec2::ZERO,
+};
+
 /// Side of the squares that a whole image is sent in.
 const SIDE: u32 = 256;
 
 /// A viewer that is being shown an image.
 pub(super) struct Viewer {
-    over: Sender<Vec<Pixel>>,
+    over: Sender<Vec<f32>>,
     shown: Receiver<()>,
 }
 
 impl Viewer {
-    /// Shows `live` under a name. Says so, unless `quiet`, where there is nobody to look at it.
-    pub(super) fn start(address: &str, name: &str, live: &Arc<Live>, quiet: bool) -> Viewer {
+    /// Shows `live`, whose layers of light have the names `lights`, under a name. Says so, unless `quiet`, where there is nobody to look at it.
+    pub(super) fn start(
+        address: &str,
+        (name, lights): (String, &[String]),
+        live: &Arc<Live>,
+        quiet: bool,
+    ) -> Viewer {
+        let layers = live.layers(NO_PIXELS).channels(lights);
+        let own = ["R", "G", "B", "samples.Y"].map(String::from);
+        let channels = own.into_iter().chain(layers).collect();
         let (over, orders) = channel();
         let (done, shown) = channel();
         let mut show = Show {
             address: address.to_string(),
-            name: name.to_string(),
+            title: Title { name, channels },
             live: Arc::clone(live),
             stream: None,
             wait: AGAIN[0],
@@ -59,18 +74,26 @@ impl Viewer {
 
     /// Shows the image that came of it, for as long as a viewer has to take it.
     pub(super) fn finish(self, image: &Image, samples: f32) {
-        let with_samples = |rgb: &crate::math::Rgb| [rgb.x, rgb.y, rgb.z, samples];
-        let pixels = image.pixels.iter().map(with_samples).collect();
-        if self.over.send(pixels).is_ok() {
+        let colors = image.pixels.iter().map(|rgb| (*rgb, samples));
+        if self.over.send(values(colors, &image.layers)).is_ok() {
             let _ = self.shown.recv_timeout(LINGER);
         }
     }
 }
 
+/// The values of pixels in all channels: their light, their numbers of samples, their layers.
+fn values(colors: impl Iterator<Item = (Rgb, f32)>, layers: &ImageLayers) -> Vec<f32> {
+    let one = |(pixel, (light, samples)): (usize, (Rgb, f32))| {
+        let own = light.to_array().into_iter().chain([samples]);
+        own.chain(layers.values(pixel))
+    };
+    colors.enumerate().flat_map(one).collect()
+}
+
 /// The thread's side.
 struct Show {
     address: String,
-    name: String,
+    title: Title,
     live: Arc<Live>,
     stream: Option<TcpStream>,
     /// From one attempt to the next.
@@ -83,7 +106,7 @@ struct Show {
 
 impl Show {
     /// Until the render is over.
-    fn run(&mut self, orders: &Receiver<Vec<Pixel>>) {
+    fn run(&mut self, orders: &Receiver<Vec<f32>>) {
         loop {
             match orders.recv_timeout(REFRESH) {
                 Ok(last) => {
@@ -125,7 +148,7 @@ impl Show {
             return Ok(());
         }
         let mut stream = connect(&self.address)?;
-        stream.write_all(&tev::create(&self.name, self.live.resolution().to_array()))?;
+        stream.write_all(&self.title.create(self.live.resolution().to_array()))?;
         self.live.touch_all();
         self.stream = Some(stream);
         Ok(())
@@ -135,10 +158,9 @@ impl Show {
         let changes = self.live.changes();
         let is_news = !changes.is_empty();
         for square in changes {
-            let pixels = { self.live.pixels(square).into_iter() }
-                .map(|(rgb, samples)| [rgb.x, rgb.y, rgb.z, samples as f32]);
-            let pixels: Vec<Pixel> = pixels.collect();
-            self.send(square, &pixels)?;
+            let colors = self.live.pixels(square).into_iter();
+            let colors = colors.map(|(light, samples)| (light, samples as f32));
+            self.send(square, &values(colors, &self.live.layers(square)))?;
         }
         if is_news {
             self.wait = AGAIN[0];
@@ -147,21 +169,22 @@ impl Show {
     }
 
     /// The image as it is written.
-    fn send_last(&mut self, last: &[Pixel]) -> io::Result<()> {
-        let bounds = self.live.bounds();
+    fn send_last(&mut self, last: &[f32]) -> io::Result<()> {
+        let (bounds, count) = (self.live.bounds(), self.title.channels.len());
         for square in bounds.tiles(SIDE) {
             let indices = square.pixels().filter_map(|pixel| bounds.index(pixel));
-            let pixels: Vec<Pixel> = indices.filter_map(|i| last.get(i).copied()).collect();
-            self.send(square, &pixels)?;
+            let pixels = indices.filter_map(|i| last.get(i * count..(i + 1) * count));
+            let pixels: Vec<&[f32]> = pixels.collect();
+            self.send(square, &pixels.concat())?;
         }
         // Else what a viewer has sent, which nobody reads, might take back what is on its way.
         let end = |stream: &TcpStream| stream.shutdown(Shutdown::Write);
         self.stream.as_ref().map_or(Ok(()), end)
     }
 
-    fn send(&mut self, square: PixelBounds, pixels: &[Pixel]) -> io::Result<()> {
+    fn send(&mut self, square: PixelBounds, values: &[f32]) -> io::Result<()> {
         let (at, size) = (square.min.to_array(), square.size().to_array());
-        let packet = tev::update(&self.name, at, size, pixels);
+        let packet = self.title.update(at, size, values);
         self.stream
             .as_mut()
             .map_or(Ok(()), |stream| stream.write_all(&packet))

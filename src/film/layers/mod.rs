@@ -5,11 +5,13 @@
 
 mod coverage;
 mod cryptomatte;
+mod growing;
 mod sums;
 
 pub(super) use coverage::Coverage;
 pub use coverage::ImageMatte;
 pub use cryptomatte::{Manifest, MatteId};
+pub(crate) use growing::GrowingLayers;
 pub use sums::{ImageLayer, ImageLayers, LayerSample};
 pub(super) use sums::{LayerPixels, TileLayers};
 

@@ -7,7 +7,7 @@
 //! surface, for a mean with the negative weights of some filters may be over a sum that is nearly zero.
 
 use super::coverage::{Coverage, ImageMatte};
-use super::{Layer, LayerSet, MatteId};
+use super::{Layer, LayerSet, MatteId, light_channels};
 use crate::film::pairwise::{Join, Pairwise, PixelSum};
 use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
 use arrayvec::ArrayVec;
@@ -106,7 +106,7 @@ impl LayerPixels {
     }
 
     /// Adds to those of a pixel.
-    fn add(&mut self, index: usize, more: impl Iterator<Item = f64>) {
+    pub(super) fn add(&mut self, index: usize, more: impl Iterator<Item = f64>) {
         let count = self.set.sums();
         if let Some(sums) = self.sums.get_mut(index * count..(index + 1) * count) {
             sums.iter_mut()
@@ -370,9 +370,7 @@ impl ImageLayers {
     ) {
         for number in 0..count {
             if let Some(index) = place(number) {
-                let sums = pixels.pixel(number);
-                develop_means(&mut self.means, index, sums);
-                self.develop_lights(index, sums, scale);
+                self.develop_pixel(index, pixels.pixel(number), scale);
             }
         }
         let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
@@ -381,6 +379,30 @@ impl ImageLayers {
                 pixels.mattes[kind].develop(matte, seen, &place);
             }
         }
+    }
+
+    /// Sets a pixel to what these sums tell, but for Cryptomattes.
+    pub(super) fn develop_pixel(&mut self, index: usize, sums: &[f64], scale: f64) {
+        develop_means(&mut self.means, index, sums);
+        self.develop_lights(index, sums, scale);
+    }
+
+    /// The names of the channels of all but Cryptomattes, where layers of light have these names.
+    pub(crate) fn channels(&self, lights: &[String]) -> Vec<String> {
+        let own = self.means.iter().flat_map(|mean| mean.layer.channels());
+        let lights =
+            { lights.iter().take(self.lights.len()) }.flat_map(|name| light_channels(name));
+        own.map(ToString::to_string).chain(lights).collect()
+    }
+
+    /// The values of a pixel in these channels.
+    pub(crate) fn values(&self, pixel: usize) -> impl Iterator<Item = f32> {
+        let own = { self.means.iter() }.map(|mean| (mean.layer.channels().len(), &mean.values));
+        let lights = self.lights.iter().map(|values| (3, values));
+        own.chain(lights).flat_map(move |(components, values)| {
+            let value = values.get(pixel).copied().unwrap_or_default();
+            value.to_array().into_iter().take(components)
+        })
     }
 
     /// As colors are: nothing is negative.
