@@ -193,7 +193,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
     })
 }
 
-/// Whether layers of light are those of groups.
+/// Returns `true` if layers of light are those of groups.
 fn shows_groups(options: &Options) -> bool {
     options.film.layers.contains(Layer::Lights) && options.integrator.spec.strategies().is_empty()
 }

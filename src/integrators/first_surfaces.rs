@@ -31,7 +31,7 @@ pub struct FirstSurfaces {
     pub found: ClosestHit,
     /// Its material.
     pub material: Option<MaterialId>,
-    /// What it stands for, if that is known already.
+    /// The shape or instance that it is of, if that is known already.
     pub standing: Option<Standing>,
     /// The estimate of the share of light from everywhere that the first surface which is not perfectly specular sends
     /// back, times what those before it let through; black if there is none.

@@ -246,7 +246,7 @@ impl Integrator {
         self.lights.emitters = None;
     }
 
-    /// Returns `true` if every strategy has an image of its own, whether it helps the picture or not.
+    /// Returns `true` if all that every strategy finds by itself is shown.
     pub fn shows_all_strategies(&self) -> bool {
         matches!(&self.spec, IntegratorSpec::Bdpt(bdpt) if bdpt.shown == Some(Shown::Alone))
     }
