@@ -11,7 +11,7 @@ const MAX_DEPTH: u32 = 16;
 const SPLIT_SAMPLES: usize = 16;
 
 /// Share of the whole that is worth a cell of its own.
-const SPLIT_SHARE: f64 = 1.0 / 256.0;
+const SPLIT_SHARE: f64 = 1.0 / 1024.0;
 
 /// A sample of the function f that the density shall follow.
 #[derive(Clone, Copy, Debug, PartialEq)]

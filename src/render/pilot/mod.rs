@@ -26,8 +26,8 @@ use std::ops::Range;
 const ROUNDS: u64 = 2;
 
 /// Samples of a pixel in the image for each light path of a round, and the most light paths for each pixel.
-const SAMPLES_OF_PATH: u32 = 16;
-const PATHS_OF_PIXEL: f64 = 4.0;
+const SAMPLES_OF_PATH: u32 = 8;
+const PATHS_OF_PIXEL: f64 = 8.0;
 
 /// Most light paths of a round.
 const PATHS: u64 = 1 << 18;
