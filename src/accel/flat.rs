@@ -120,7 +120,7 @@ impl<const N: usize> FlatHits<N> {
         self.is_plain[i] = triangle.mesh.uv.is_empty();
     }
 
-    /// What has been noted: the material, and what the triangle stands for, which is in no instance.
+    /// The material and the shape of a triangle that has been [noted](FlatHits::note): flat ones are in no instance.
     #[inline(always)]
     pub(crate) fn noted(&self, i: usize) -> (Option<MaterialId>, Standing) {
         (self.materials[i], Standing::Shape(self.shapes[i]))

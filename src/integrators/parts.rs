@@ -7,7 +7,7 @@ use crate::math::Rgb;
 /// Sums by layer of light.
 #[derive(Clone, Copy, Debug)]
 pub struct LightParts {
-    parts: [Rgb; LayerSet::MOST_LIGHTS],
+    parts: [Rgb; LayerSet::MAX_LIGHTS],
     /// What light that is added counts for.
     scale: Rgb,
 }
@@ -15,7 +15,7 @@ pub struct LightParts {
 impl Default for LightParts {
     fn default() -> LightParts {
         LightParts {
-            parts: [Rgb::ZERO; LayerSet::MOST_LIGHTS],
+            parts: [Rgb::ZERO; LayerSet::MAX_LIGHTS],
             scale: Rgb::ONE,
         }
     }

@@ -68,7 +68,7 @@ pub(super) fn add(
     (stream, watch): (&SampleStream, &Watch),
     tile: &mut Tile,
 ) {
-    let mut lights = ArrayVec::<Rgb, { LayerSet::MOST_LIGHTS }>::new();
+    let mut lights = ArrayVec::<Rgb, { LayerSet::MAX_LIGHTS }>::new();
     if let (Some(ray), Some(parts)) = (ray, &watch.parts) {
         let factor = tile.factor_of_parts(radiance, waiting.weight(ray));
         lights.extend(parts.scaled(factor, tile.lights()));

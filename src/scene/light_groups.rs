@@ -47,10 +47,10 @@ impl LightGroups {
             self.names.push(name.to_string());
             self.names.len() - 1
         });
-        if index + 1 < LayerSet::MOST_LIGHTS {
+        if index + 1 < LayerSet::MAX_LIGHTS {
             return Some(LightLayer(index as u8 + 1));
         }
-        self.names.truncate(LayerSet::MOST_LIGHTS - 1);
+        self.names.truncate(LayerSet::MAX_LIGHTS - 1);
         None
     }
 }
@@ -62,7 +62,7 @@ impl Interpreter<'_> {
             return LightLayer::default();
         };
         world.light_groups.layer(&group).unwrap_or_else(|| {
-            let most = LayerSet::MOST_LIGHTS - 1;
+            let most = LayerSet::MAX_LIGHTS - 1;
             let message =
                 format!("`{group}` is one group of lights too many: there are at most {most}");
             self.diagnostics

@@ -42,8 +42,7 @@ impl GrowingLayers {
 
     /// The layers of some pixels.
     pub(crate) fn pixels(&self, square: PixelBounds) -> ImageLayers {
-        let mut layers = ImageLayers::new(self.sums.set, square.area());
-        layers.mattes.clear();
+        let mut layers = ImageLayers::without_mattes(self.sums.set, square.area());
         let pixels = square.pixels().filter_map(|pixel| self.bounds.index(pixel));
         for (place, index) in pixels.enumerate() {
             layers.develop_pixel(place, self.sums.pixel(index), self.scale);

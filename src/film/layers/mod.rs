@@ -138,8 +138,8 @@ impl LayerSet {
         lights: 0,
     };
 
-    /// Most groups of lights, with [`NO_GROUP`], or strategies of `bdpt`.
-    pub const MOST_LIGHTS: usize = 26;
+    /// The largest number of light groups, with [`NO_GROUP`], or of strategies of `bdpt`.
+    pub const MAX_LIGHTS: usize = 26;
 
     /// These and `layer`.
     #[must_use]
@@ -150,11 +150,11 @@ impl LayerSet {
         }
     }
 
-    /// These, where [`Layer::Lights`] is so many layers if it is among them; at most [`LayerSet::MOST_LIGHTS`].
+    /// These, where [`Layer::Lights`] is so many layers if it is among them; at most [`LayerSet::MAX_LIGHTS`].
     #[must_use]
     pub fn with_lights(self, count: usize) -> LayerSet {
         let lights = match self.contains(Layer::Lights) {
-            true => count.min(LayerSet::MOST_LIGHTS) as u8,
+            true => count.min(LayerSet::MAX_LIGHTS) as u8,
             false => 0,
         };
         LayerSet { lights, ..self }
@@ -240,7 +240,7 @@ impl fmt::Display for LayerSet {
 #[cfg(test)]
 pub(super) fn all() -> LayerSet {
     let all = Layer::ALL.into_iter().fold(LayerSet::NONE, LayerSet::with);
-    all.with_lights(LayerSet::MOST_LIGHTS)
+    all.with_lights(LayerSet::MAX_LIGHTS)
 }
 
 #[cfg(test)]
@@ -251,7 +251,7 @@ mod tests {
     fn names_are_read_and_written() {
         let again = LayerSet::parse(&all().to_string());
         assert_eq!(
-            again.map(|set| set.with_lights(LayerSet::MOST_LIGHTS)),
+            again.map(|set| set.with_lights(LayerSet::MAX_LIGHTS)),
             Ok(all())
         );
         let some = LayerSet::parse("depth, albedo").unwrap();

@@ -40,7 +40,7 @@ pub(super) const SHARED: usize = 4;
 
 /// Sums of the layers of light.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Lights(ArrayVec<f64, { 3 * LayerSet::MOST_LIGHTS }>);
+struct Lights(ArrayVec<f64, { 3 * LayerSet::MAX_LIGHTS }>);
 
 impl Lights {
     /// Of no samples.
@@ -349,8 +349,16 @@ impl ImageLayers {
     /// These layers of so many pixels, all 0.
     pub(in super::super) fn new(set: LayerSet, pixels: usize) -> ImageLayers {
         ImageLayers {
-            means: ImageLayer::all_of(set, pixels),
             mattes: ImageMatte::all_of(set, pixels),
+            ..ImageLayers::without_mattes(set, pixels)
+        }
+    }
+
+    /// The same but for Cryptomattes.
+    pub(super) fn without_mattes(set: LayerSet, pixels: usize) -> ImageLayers {
+        ImageLayers {
+            means: ImageLayer::all_of(set, pixels),
+            mattes: Vec::new(),
             lights: vec![vec![Rgb::ZERO; pixels]; set.lights()],
         }
     }

@@ -6,11 +6,11 @@ use crate::handles::LightLayer;
 use crate::math::Rgb;
 use crate::params::ParamReader;
 
-/// Most scattering events of a path, as in pbrt-v3.
-const MOST_DEPTH: u32 = 5;
+/// The largest number of scattering events of a path, as in pbrt-v3.
+const MAX_DEPTH: u32 = 5;
 
 /// Room for all: see [`first`].
-const _: () = assert!(first(MOST_DEPTH + 1) == LayerSet::MOST_LIGHTS);
+const _: () = assert!(first(MAX_DEPTH + 1) == LayerSet::MAX_LIGHTS);
 
 /// What the images show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,14 +31,14 @@ impl Shown {
             (true, false) => Shown::Alone,
             (false, false) => return None,
         };
-        if *max_depth > MOST_DEPTH {
+        if *max_depth > MAX_DEPTH {
             reader.warn(
                 "maxdepth",
                 format!(
-                    "`maxdepth` is {max_depth}: where strategies have images of their own it is {MOST_DEPTH} at most"
+                    "`maxdepth` is {max_depth}: where strategies have images of their own it is {MAX_DEPTH} at most"
                 ),
             );
-            *max_depth = MOST_DEPTH;
+            *max_depth = MAX_DEPTH;
         }
         Some(shown)
     }
@@ -86,7 +86,7 @@ mod tests {
     fn strategies_are_those_of_pbrt() {
         // `bdpt.cpp` has s from 0 to depth + 2, but no image for t = 0, nor for s = t = 1.
         let mut expected = Vec::new();
-        for depth in 0..=MOST_DEPTH {
+        for depth in 0..=MAX_DEPTH {
             for s in 0..=depth + 2 {
                 let t = depth + 2 - s;
                 if t > 0 && (s, t) != (1, 1) {
