@@ -233,7 +233,7 @@ fn all_instructions_find_the_same_points_and_directions() {
         let (mut flats, hits) = flat_hits(&job, seed);
         for set in InstructionSet::available() {
             flats.resolve_with(set, WAVE);
-            let mut mattes = Mattes::<WAVE>::default();
+            let mut mattes = Vertices::<Matte, WAVE>::default();
             let reflectance = |i: usize| Rgb::new(0.1, 0.9, i as f32 / WAVE as f32);
             for i in 0..WAVE {
                 mattes.add_flat(i as u32, reflectance(i), Rgb::splat(0.7));

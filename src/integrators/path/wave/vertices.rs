@@ -1,8 +1,8 @@
-//! Matte vertices side by side.
+//! Vertices side by side, on surfaces that scatter by the same kind of BSDF.
 
 use crate::accel::FlatHits;
-use crate::bsdf::{Matte, MatteRows};
-use crate::integrators::vertex::MatteVertex;
+use crate::bsdf::{Coated, CoatedLobes, Matte, Scatterer, ScattererRows};
+use crate::integrators::vertex::LeanVertex;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
 use crate::math::frame::Frame;
@@ -17,14 +17,13 @@ use arrayvec::ArrayVec;
 /// Loops run over whole vectors of the widest kind: there are numbers in all places.
 const WHOLE: usize = 16;
 
-/// Up to `N` of them. Those on flat triangles come first.
-pub(super) struct Mattes<const N: usize> {
+/// Up to `N` of them. Those on flat matte triangles come first.
+pub(super) struct Vertices<S: Scatterer, const N: usize> {
     paths: ArrayVec<u32, N>,
-    reflectance: Rows3<N>,
     throughput: Rows3<N>,
     p: Rows3<N>,
     p_error: Rows3<N>,
-    matte: MatteRows<N>,
+    scatterers: S::Rows<N>,
     /// The axes of the shading frame along the surface.
     s: Rows3<N>,
     t: Rows3<N>,
@@ -49,15 +48,14 @@ struct NextRows<const N: usize> {
     goes_on: [u32; N],
 }
 
-impl<const N: usize> Default for Mattes<N> {
+impl<S: Scatterer, const N: usize> Default for Vertices<S, N> {
     fn default() -> Self {
-        Mattes {
+        Vertices {
             paths: ArrayVec::new(),
-            reflectance: Rows3::default(),
             throughput: Rows3::default(),
             p: Rows3::default(),
             p_error: Rows3::default(),
-            matte: MatteRows::default(),
+            scatterers: Default::default(),
             s: Rows3::default(),
             t: Rows3::default(),
             u: [[0.0; N]; 2],
@@ -72,7 +70,7 @@ impl<const N: usize> Default for Mattes<N> {
     }
 }
 
-impl<const N: usize> Mattes<N> {
+impl<S: Scatterer, const N: usize> Vertices<S, N> {
     pub(super) fn clear(&mut self) {
         self.paths.clear();
     }
@@ -88,21 +86,12 @@ impl<const N: usize> Mattes<N> {
         self.paths[i] as usize
     }
 
-    /// Adds one on a flat triangle, which is [placed](Mattes::place) later.
-    #[inline(always)]
-    pub(super) fn add_flat(&mut self, path: u32, reflectance: Rgb, throughput: Rgb) {
-        let i = self.count();
-        self.reflectance.set(i, reflectance);
-        self.throughput.set(i, throughput);
-        self.paths.push(path);
-    }
-
     /// Adds one on any surface.
     pub(super) fn add(
         &mut self,
         path: u32,
         surface: &SurfaceHit,
-        (matte, frame): (&Matte, &Frame),
+        (scatterer, frame): (&S, &Frame),
         throughput: Rgb,
     ) {
         let i = self.count();
@@ -112,28 +101,7 @@ impl<const N: usize> Mattes<N> {
         self.p_error.set(i, surface.p_error);
         self.s.set(i, frame.s);
         self.t.set(i, frame.t);
-        self.matte.set(i, matte);
-    }
-
-    /// Places all that there are where flat triangles are hit.
-    pub(super) fn place(&mut self, hits: &FlatHits<N>) {
-        let count = self.count();
-        vectorize::<N, _>(Place {
-            mattes: self,
-            hits,
-            count,
-        });
-    }
-
-    /// The same with these instructions.
-    #[cfg(test)]
-    pub(super) fn place_with(&mut self, set: InstructionSet, hits: &FlatHits<N>) {
-        let count = self.count();
-        set.run(Place {
-            mattes: self,
-            hits,
-            count,
-        });
+        self.scatterers.set(i, scatterer);
     }
 
     /// The same with these instructions.
@@ -141,53 +109,30 @@ impl<const N: usize> Mattes<N> {
     pub(super) fn sample_with(&mut self, set: InstructionSet) {
         let count = self.count();
         set.run(Sample {
-            mattes: self,
+            vertices: self,
             count,
         });
-    }
-
-    /// Places one where a surface is hit.
-    pub(super) fn place_alone(&mut self, i: usize, surface: &SurfaceHit) {
-        let point = (surface.p, surface.p_error, surface.n);
-        self.place_at(i, point, surface.wo);
-    }
-
-    #[inline(always)]
-    fn place_at(&mut self, i: usize, (p, p_error, n): (Vec3, Vec3, Vec3), wo: Vec3) {
-        let frame = Frame::from_normal(n);
-        self.p.set(i, p);
-        self.p_error.set(i, p_error);
-        self.s.set(i, frame.s);
-        self.t.set(i, frame.t);
-        let matte = Matte::new(self.reflectance.get(i), n, n, wo);
-        self.matte.set(i, &matte);
     }
 
     /// The point that receives light.
     #[inline(always)]
     pub(super) fn from(&self, i: usize, time: f32) -> ReferencePoint {
-        let matte = self.matte.get(i);
+        let scatterer = self.scatterers.get(i);
         ReferencePoint {
             p: self.p.get(i),
             p_error: self.p_error.get(i),
-            n: matte.geometric_normal(),
+            n: scatterer.geometric_normal(),
             time,
-            receiver_side: matte.receiver_side(),
+            receiver_side: scatterer.receiver_side(),
         }
-    }
-
-    /// Of a vertex on a flat triangle.
-    #[inline(always)]
-    pub(super) fn reflectance(&self, i: usize) -> Rgb {
-        self.reflectance.get(i)
     }
 
     /// Vertex `i`.
     #[inline(always)]
-    pub(super) fn vertex(&self, i: usize, time: f32) -> MatteVertex {
-        MatteVertex {
+    pub(super) fn vertex(&self, i: usize, time: f32) -> LeanVertex<S> {
+        LeanVertex {
             from: self.from(i, time),
-            matte: self.matte.get(i),
+            scatterer: self.scatterers.get(i),
         }
     }
 
@@ -201,7 +146,7 @@ impl<const N: usize> Mattes<N> {
     pub(super) fn sample(&mut self) {
         let count = self.count();
         vectorize::<N, _>(Sample {
-            mattes: self,
+            vertices: self,
             count,
         });
     }
@@ -221,11 +166,11 @@ impl<const N: usize> Mattes<N> {
     /// The steps of [`super::PathState::sample_bsdf`] and what follows.
     #[inline(always)]
     fn sample_at(&mut self, i: usize) {
-        let matte = self.matte.get(i);
+        let scatterer = self.scatterers.get(i);
         let u = Vec2::new(self.u[0][i], self.u[1][i]);
-        let (sample, is_lit) = matte.sample(self.s.get(i), self.t.get(i), u);
-        let throughput = self.throughput.get(i) * matte.weight(&sample);
-        let ng = matte.geometric_normal();
+        let (sample, is_lit) = scatterer.sample(self.s.get(i), self.t.get(i), u);
+        let throughput = self.throughput.get(i) * scatterer.weight(&sample);
+        let ng = scatterer.geometric_normal();
         let o = offset_ray_origin(self.p.get(i), self.p_error.get(i), ng, sample.wi);
         let [x, y, z] = [throughput.x, throughput.y, throughput.z];
         let is_finite = x.is_finite() & y.is_finite() & z.is_finite();
@@ -238,9 +183,109 @@ impl<const N: usize> Mattes<N> {
     }
 }
 
+impl<const N: usize> Vertices<Matte, N> {
+    /// Adds one on a flat triangle, which is [placed](Vertices::place) later.
+    #[inline(always)]
+    pub(super) fn add_flat(&mut self, path: u32, reflectance: Rgb, throughput: Rgb) {
+        let i = self.count();
+        self.scatterers.set_reflectance(i, reflectance);
+        self.throughput.set(i, throughput);
+        self.paths.push(path);
+    }
+
+    /// Places all that there are where flat triangles are hit.
+    pub(super) fn place(&mut self, hits: &FlatHits<N>) {
+        let count = self.count();
+        vectorize::<N, _>(Place {
+            vertices: self,
+            hits,
+            count,
+        });
+    }
+
+    /// The same with these instructions.
+    #[cfg(test)]
+    pub(super) fn place_with(&mut self, set: InstructionSet, hits: &FlatHits<N>) {
+        let count = self.count();
+        set.run(Place {
+            vertices: self,
+            hits,
+            count,
+        });
+    }
+
+    /// Places one where a surface is hit.
+    pub(super) fn place_alone(&mut self, i: usize, surface: &SurfaceHit) {
+        let point = (surface.p, surface.p_error, surface.n);
+        self.place_at(i, point, surface.wo);
+    }
+
+    #[inline(always)]
+    fn place_at(&mut self, i: usize, (p, p_error, n): (Vec3, Vec3, Vec3), wo: Vec3) {
+        let frame = Frame::from_normal(n);
+        self.p.set(i, p);
+        self.p_error.set(i, p_error);
+        self.s.set(i, frame.s);
+        self.t.set(i, frame.t);
+        let matte = Matte::new(self.scatterers.reflectance(i), n, n, wo);
+        self.scatterers.set(i, &matte);
+    }
+
+    /// Of a vertex on a flat triangle.
+    #[inline(always)]
+    pub(super) fn reflectance(&self, i: usize) -> Rgb {
+        self.scatterers.reflectance(i)
+    }
+}
+
+impl<const N: usize> Vertices<Coated, N> {
+    /// Adds one on any surface; [`Vertices::finish`] makes it whole.
+    pub(super) fn begin(
+        &mut self,
+        path: u32,
+        surface: &SurfaceHit,
+        (lobes, frame): (&CoatedLobes, &Frame),
+        throughput: Rgb,
+    ) {
+        let i = self.count();
+        self.throughput.set(i, throughput);
+        self.paths.push(path);
+        self.p.set(i, surface.p);
+        self.p_error.set(i, surface.p_error);
+        self.scatterers
+            .begin(i, lobes, surface.n, frame, surface.wo);
+    }
+
+    /// Computes what depends on the outgoing directions.
+    pub(super) fn finish(&mut self) {
+        let count = self.count();
+        vectorize::<N, _>(Finish {
+            vertices: self,
+            count,
+        });
+    }
+}
+
+/// The loop that finishes vertices.
+struct Finish<'a, const N: usize> {
+    vertices: &'a mut Vertices<Coated, N>,
+    count: usize,
+}
+
+impl<const N: usize> Kernel for Finish<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) {
+        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+            self.vertices.scatterers.finish(i);
+        }
+    }
+}
+
 /// The loop that places vertices.
 struct Place<'a, const N: usize> {
-    mattes: &'a mut Mattes<N>,
+    vertices: &'a mut Vertices<Matte, N>,
     hits: &'a FlatHits<N>,
     count: usize,
 }
@@ -252,24 +297,24 @@ impl<const N: usize> Kernel for Place<'_, N> {
     fn run(self, _: impl Instructions) {
         for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
             let (point, wo) = self.hits.point(i);
-            self.mattes.place_at(i, point, wo);
+            self.vertices.place_at(i, point, wo);
         }
     }
 }
 
 /// The loop that chooses directions.
-struct Sample<'a, const N: usize> {
-    mattes: &'a mut Mattes<N>,
+struct Sample<'a, S: Scatterer, const N: usize> {
+    vertices: &'a mut Vertices<S, N>,
     count: usize,
 }
 
-impl<const N: usize> Kernel for Sample<'_, N> {
+impl<S: Scatterer, const N: usize> Kernel for Sample<'_, S, N> {
     type Output = ();
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
         for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
-            self.mattes.sample_at(i);
+            self.vertices.sample_at(i);
         }
     }
 }
