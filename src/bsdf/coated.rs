@@ -193,25 +193,23 @@ impl<const N: usize> Default for CoatedRows<N> {
 }
 
 impl<const N: usize> CoatedRows<N> {
-    /// Puts one at `i` that is [finished](CoatedRows::finish) later; `wo` is in render space.
+    /// Sets lobes, for now alone.
     #[inline(always)]
-    pub(crate) fn begin(
-        &mut self,
-        i: usize,
-        lobes: &CoatedLobes,
-        ng: Vec3,
-        frame: &Frame,
-        wo: Vec3,
-    ) {
-        let begun = Coated {
-            lobes: *lobes,
-            ng,
-            frame: *frame,
-            wo,
-            cos_ng: 0.0,
-            chances: [0.5; 2],
-        };
-        self.set(i, &begun);
+    pub(crate) fn set_lobes(&mut self, i: usize, lobes: &CoatedLobes) {
+        self.base.set(i, lobes.base.reflectance);
+        self.reflectance.set(i, lobes.reflectance);
+        (self.alpha[0][i], self.alpha[1][i]) = lobes.facets.widths();
+        (self.eta[0][i], self.eta[1][i]) = (lobes.eta[0], lobes.eta[1]);
+    }
+
+    /// Sets all else of one that is [finished](CoatedRows::finish) later; `wo` is in render space.
+    #[inline(always)]
+    pub(crate) fn place(&mut self, i: usize, ng: Vec3, frame: &Frame, wo: Vec3) {
+        self.ng.set(i, ng);
+        self.s.set(i, frame.s);
+        self.t.set(i, frame.t);
+        self.n.set(i, frame.n);
+        self.wo.set(i, wo);
     }
 
     /// Computes what depends on the outgoing direction.
@@ -257,16 +255,8 @@ impl<const N: usize> ScattererRows<Coated> for CoatedRows<N> {
 
     #[inline(always)]
     fn set(&mut self, i: usize, coated: &Coated) {
-        let lobes = &coated.lobes;
-        self.base.set(i, lobes.base.reflectance);
-        self.reflectance.set(i, lobes.reflectance);
-        (self.alpha[0][i], self.alpha[1][i]) = lobes.facets.widths();
-        (self.eta[0][i], self.eta[1][i]) = (lobes.eta[0], lobes.eta[1]);
-        self.ng.set(i, coated.ng);
-        self.s.set(i, coated.frame.s);
-        self.t.set(i, coated.frame.t);
-        self.n.set(i, coated.frame.n);
-        self.wo.set(i, coated.wo);
+        self.set_lobes(i, &coated.lobes);
+        self.place(i, coated.ng, &coated.frame, coated.wo);
         self.cos_ng[i] = coated.cos_ng;
         (self.chances[0][i], self.chances[1][i]) = (coated.chances[0], coated.chances[1]);
     }

@@ -92,3 +92,43 @@ impl Ball {
         if self.inward { -outward } else { outward }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::{mix2, unit_float};
+
+    #[test]
+    fn what_is_beyond_is_not_met_before() {
+        let (mut beyond, mut near) = (0, 0);
+        for i in 0..100_000 {
+            let number = |k: u64| f64::from(unit_float(mix2(i, k)));
+            let vector = |k: u64| DVec3::new(number(k), number(k + 1), number(k + 2)) * 2.0 - 1.0;
+            let ball = Ball {
+                center: vector(0),
+                radius: 10f64.powf(-3.0 * number(3)),
+                inward: false,
+            };
+            let target = ball.center + ball.radius * vector(4).normalize_or(DVec3::Z);
+            let o = target + vector(7) * 10f64.powf(4.0 * number(10) - 3.0);
+            let distance = (target - o).length();
+            let d = (target - o) / distance;
+            for end in [1.0, 1.0 - 1e-4, 0.5] {
+                let t_max = end * distance;
+                let met = ball.distance(o, d).is_some_and(|t| t < t_max);
+                let is_beyond = ball.is_beyond(o, d, t_max);
+                assert!(!(met && is_beyond), "{ball:?} {o} {d}");
+                beyond += usize::from(is_beyond);
+                near += usize::from(!is_beyond && !met);
+            }
+        }
+        // It tells of most rays that are free.
+        assert!(near < beyond / 2, "{near} {beyond}");
+        let ball = Ball {
+            center: DVec3::ZERO,
+            radius: 1.0,
+            inward: false,
+        };
+        assert!(!ball.is_beyond(2.0 * DVec3::Z, DVec3::X, f64::INFINITY));
+    }
+}

@@ -12,7 +12,7 @@ use super::emission::{MisState, Sampled};
 use super::lamps::Lamps;
 use super::shadows::{Gain, Shadows};
 use super::{Path, PathState, Trail};
-use crate::accel::{ClosestHit, FlatHits, GeometryHit};
+use crate::accel::{BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
 use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::handles::LightId;
 use crate::integrators::Sight;
@@ -30,9 +30,10 @@ pub(in super::super) struct Wave {
     /// The rays of those that go on, and what these hit.
     rays: ArrayVec<Ray, WAVE>,
     found: [Option<ClosestHit>; WAVE],
-    /// What is not a flat matte triangle.
+    /// What is neither a flat matte nor a smooth coated triangle.
     others: ArrayVec<(u32, Option<ClosestHit>), WAVE>,
     flats: FlatHits<WAVE>,
+    smooth: SmoothHits<WAVE>,
     /// For layers: whether some paths have not met what these tell of, and whether they ask for (u, v).
     is_looking: bool,
     wants_uv: bool,
@@ -76,6 +77,7 @@ impl Wave {
             found: [None; WAVE],
             others: ArrayVec::new(),
             flats: FlatHits::default(),
+            smooth: SmoothHits::default(),
             is_looking: false,
             wants_uv: false,
             mattes: Lot::new(world),
@@ -147,6 +149,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     fn extend(&mut self, wave: &mut Wave, is_first: bool) {
         self.intersect(wave);
         self.resolve_flats(wave);
+        wave.resolve_smooth();
         for i in 0..wave.others.len() {
             let (path, found) = wave.others[i];
             self.extend_alone(wave, path, found, is_first);
@@ -178,7 +181,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         wave.others.clear();
         for i in 0..wave.paths.walking.len() {
             let (path, found) = (wave.paths.walking[i], wave.found[i].take());
-            if !wave.add_flat::<WATCHED>(world, path, found.as_ref()) {
+            if !wave.add_triangle::<WATCHED>(world, path, found.as_ref()) {
                 wave.others.push((path, found));
             }
         }
@@ -419,9 +422,10 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
 }
 
 impl Wave {
-    /// Takes up a hit if it is of a flat triangle that is matte everywhere and emits nothing.
+    /// Takes up a hit if it is of a flat triangle that is matte everywhere, or of a smooth one that is [coated](Coated) alike everywhere,
+    /// and emits nothing.
     #[inline(always)]
-    fn add_flat<const WATCHED: bool>(
+    fn add_triangle<const WATCHED: bool>(
         &mut self,
         world: &World,
         path: u32,
@@ -430,29 +434,66 @@ impl Wave {
         let Some(found) = found else {
             return false;
         };
-        let Some(triangle) = world.geometry.flat(found) else {
+        let Some(triangle) = world.geometry.bare_triangle(found) else {
             return false;
         };
-        let attributes = triangle.attributes();
-        let (None, Some(reflectance)) = (
-            attributes.light,
-            world.even_reflectance(attributes.material),
-        ) else {
+        match triangle.attributes().light {
+            None if triangle.is_flat() => self.add_flat::<WATCHED>(world, path, (&triangle, found)),
+            None => self.add_smooth::<WATCHED>(world, path, &triangle),
+            Some(_) => false,
+        }
+    }
+
+    #[inline(always)]
+    fn add_flat<const WATCHED: bool>(
+        &mut self,
+        world: &World,
+        path: u32,
+        (triangle, found): (&BareTriangle, &ClosestHit),
+    ) -> bool {
+        let Some(reflectance) = world.even_reflectance(triangle.attributes().material) else {
             return false;
         };
         let trail = &self.paths.trails[path as usize];
         // Beyond the last depth only emission is seen.
         if trail.depth < trail.max_depth {
             let i = self.mattes.vertices.count();
-            self.mattes
-                .vertices
-                .add_flat(path, reflectance, trail.throughput);
-            self.flats.set(i, &trail.ray, (&triangle, found));
+            let vertices = &mut self.mattes.vertices;
+            vertices.add_flat(path, reflectance, trail.throughput);
+            self.flats.set(i, &trail.ray, (triangle, found));
             if WATCHED && self.is_looking {
-                self.flats.note(i, &triangle);
+                self.flats.note(i, triangle);
             }
         }
         true
+    }
+
+    #[inline(always)]
+    fn add_smooth<const WATCHED: bool>(
+        &mut self,
+        world: &World,
+        path: u32,
+        triangle: &BareTriangle,
+    ) -> bool {
+        if WATCHED && self.is_looking {
+            return false;
+        }
+        let Some(lobes) = world.even_coat(triangle.attributes().material) else {
+            return false;
+        };
+        let trail = &self.paths.trails[path as usize];
+        if trail.depth < trail.max_depth {
+            let vertices = &mut self.coated.vertices;
+            self.smooth.set(vertices.count(), &trail.ray, triangle);
+            vertices.add_smooth(path, lobes, trail.throughput);
+        }
+        true
+    }
+
+    /// Finds where on smooth triangles the hits are.
+    fn resolve_smooth(&mut self) {
+        self.smooth.resolve(self.coated.vertices.count());
+        self.coated.vertices.place_smooth(&self.smooth);
     }
 
     /// Takes up a hit if it is of a surface that is [coated](Coated) alike everywhere and emits nothing.

@@ -1,6 +1,6 @@
 //! Vertices side by side, on surfaces that scatter by the same kind of BSDF.
 
-use crate::accel::FlatHits;
+use crate::accel::{FlatHits, SmoothHits};
 use crate::bsdf::{Coated, CoatedLobes, Matte, Scatterer, ScattererRows};
 use crate::integrators::vertex::LeanVertex;
 use crate::math::color::is_black;
@@ -17,7 +17,7 @@ use arrayvec::ArrayVec;
 /// Loops run over whole vectors of the widest kind: there are numbers in all places.
 const WHOLE: usize = 16;
 
-/// Up to `N` of them. Those on flat matte triangles come first.
+/// Up to `N` of them. Those on flat matte or smooth coated triangles come first.
 pub(super) struct Vertices<S: Scatterer, const N: usize> {
     paths: ArrayVec<u32, N>,
     throughput: Rows3<N>,
@@ -239,6 +239,36 @@ impl<const N: usize> Vertices<Matte, N> {
 }
 
 impl<const N: usize> Vertices<Coated, N> {
+    /// Adds one on a smooth triangle, which is [placed](Vertices::place_smooth) later.
+    #[inline(always)]
+    pub(super) fn add_smooth(&mut self, path: u32, lobes: &CoatedLobes, throughput: Rgb) {
+        let i = self.count();
+        self.scatterers.set_lobes(i, lobes);
+        self.throughput.set(i, throughput);
+        self.paths.push(path);
+    }
+
+    /// Places all that there are where smooth triangles are hit.
+    pub(super) fn place_smooth(&mut self, hits: &SmoothHits<N>) {
+        let count = self.count();
+        vectorize::<N, _>(PlaceSmooth {
+            vertices: self,
+            hits,
+            count,
+        });
+    }
+
+    /// The same with these instructions.
+    #[cfg(test)]
+    pub(super) fn place_smooth_with(&mut self, set: InstructionSet, hits: &SmoothHits<N>) {
+        let count = self.count();
+        set.run(PlaceSmooth {
+            vertices: self,
+            hits,
+            count,
+        });
+    }
+
     /// Adds one on any surface; [`Vertices::finish`] makes it whole.
     pub(super) fn begin(
         &mut self,
@@ -252,8 +282,18 @@ impl<const N: usize> Vertices<Coated, N> {
         self.paths.push(path);
         self.p.set(i, surface.p);
         self.p_error.set(i, surface.p_error);
-        self.scatterers
-            .begin(i, lobes, surface.n, frame, surface.wo);
+        self.scatterers.set_lobes(i, lobes);
+        self.scatterers.place(i, surface.n, frame, surface.wo);
+    }
+
+    /// The same as [`Vertices::finish`] with these instructions.
+    #[cfg(test)]
+    pub(super) fn finish_with(&mut self, set: InstructionSet) {
+        let count = self.count();
+        set.run(Finish {
+            vertices: self,
+            count,
+        });
     }
 
     /// Computes what depends on the outgoing directions.
@@ -263,6 +303,29 @@ impl<const N: usize> Vertices<Coated, N> {
             vertices: self,
             count,
         });
+    }
+}
+
+/// The loop that places vertices on smooth triangles.
+struct PlaceSmooth<'a, const N: usize> {
+    vertices: &'a mut Vertices<Coated, N>,
+    hits: &'a SmoothHits<N>,
+    count: usize,
+}
+
+impl<const N: usize> Kernel for PlaceSmooth<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) {
+        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+            let point = self.hits.point(i);
+            let frame = Frame::from_normal(point.shading_n);
+            self.vertices.p.set(i, point.p);
+            self.vertices.p_error.set(i, point.p_error);
+            let scatterers = &mut self.vertices.scatterers;
+            scatterers.place(i, point.n, &frame, point.wo);
+        }
     }
 }
 
