@@ -55,7 +55,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Whether it can be joined to other vertices: not all of its scattering is perfectly specular.
+    /// `true` if it can be joined to other vertices: not all of its scattering is perfectly specular.
     pub(super) fn connects(&self) -> bool {
         match self {
             Vertex::Surface { bsdf, .. } => bsdf.has_non_specular(),

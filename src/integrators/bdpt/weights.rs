@@ -75,7 +75,7 @@ impl History {
         }
     }
 
-    /// Whether no strategy has fewer vertices on this side: then A_i is 0 wherever the path goes on.
+    /// `true` if no strategy has fewer vertices on this side: then A_i is 0 wherever the path continues.
     pub(super) fn is_alone(&self) -> bool {
         self.before == 0.0 && self.rest == 0.0
     }

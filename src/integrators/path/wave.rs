@@ -394,7 +394,7 @@ impl Wave {
         true
     }
 
-    /// Is every light sampled at this vertex?
+    /// Returns `true` if every light is sampled at this vertex.
     #[inline(always)]
     fn samples_all(&self, lights: &Lights, i: usize) -> bool {
         let trail = &self.trails[self.mattes.path(i)];
