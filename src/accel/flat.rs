@@ -20,14 +20,20 @@ use crate::shapes::triangle::{Orientation, Triangle};
 /// Loops run over whole vectors of the widest kind.
 const WHOLE: usize = 16;
 
-/// A triangle without normals at its corners, of which nothing but the point is asked.
+/// A triangle of which nothing but the point is asked, and the normals there.
 #[derive(Clone, Copy)]
-pub(crate) struct FlatTriangle<'a> {
-    mesh: &'a StoredMesh,
-    i: usize,
+pub(crate) struct BareTriangle<'a> {
+    pub(super) mesh: &'a StoredMesh,
+    pub(super) i: usize,
 }
 
-impl FlatTriangle<'_> {
+impl BareTriangle<'_> {
+    /// Returns `true` if there are no normals at its corners.
+    #[inline(always)]
+    pub(crate) fn is_flat(&self) -> bool {
+        self.mesh.normals.is_empty()
+    }
+
     /// Those of its mesh.
     pub(crate) fn attributes(&self) -> &PrimitiveAttributes {
         &self.mesh.attributes
@@ -42,14 +48,20 @@ impl FlatTriangle<'_> {
 }
 
 impl Geometry {
-    /// The triangle that was hit, if it is flat.
+    /// The triangle that was hit, if it is flat, and nothing but the point is asked.
     #[inline]
-    pub(crate) fn flat(&self, found: &ClosestHit) -> Option<FlatTriangle<'_>> {
+    pub(crate) fn flat(&self, found: &ClosestHit) -> Option<BareTriangle<'_>> {
+        self.bare_triangle(found).filter(BareTriangle::is_flat)
+    }
+
+    /// The triangle that was hit, if nothing but the point and the normals are asked.
+    #[inline]
+    pub(crate) fn bare_triangle(&self, found: &ClosestHit) -> Option<BareTriangle<'_>> {
         if found.path[0] != PrimitiveId::NONE || !found.id.is_triangle() {
             return None;
         }
         let (mesh, i) = self.top.locate(found.id.index());
-        (mesh.attributes.bare && mesh.normals.is_empty()).then_some(FlatTriangle { mesh, i })
+        mesh.attributes.bare.then_some(BareTriangle { mesh, i })
     }
 }
 
@@ -99,7 +111,7 @@ impl<const N: usize> FlatHits<N> {
         &mut self,
         i: usize,
         ray: &Ray,
-        (triangle, found): (&FlatTriangle, &ClosestHit),
+        (triangle, found): (&BareTriangle, &ClosestHit),
     ) {
         self.found[i] = Some(*found);
         let corners = triangle.mesh.corners(triangle.i);
@@ -114,7 +126,7 @@ impl<const N: usize> FlatHits<N> {
 
     /// Notes what layers ask of the triangle at `i`.
     #[inline(always)]
-    pub(crate) fn note(&mut self, i: usize, triangle: &FlatTriangle) {
+    pub(crate) fn note(&mut self, i: usize, triangle: &BareTriangle) {
         self.materials[i] = triangle.mesh.attributes.material;
         self.shapes[i] = triangle.mesh.attributes.shape;
         self.is_plain[i] = triangle.mesh.uv.is_empty();
@@ -132,7 +144,7 @@ impl<const N: usize> FlatHits<N> {
         self.is_plain[i].then(|| Vec2::new(self.uv[0][i], self.uv[1][i]))
     }
 
-    /// Finds the first `count` parameters (u, v), as a mesh has them that does not say: see [`FlatTriangle::parameters`].
+    /// Finds the first `count` parameters (u, v), as a mesh has them that does not say: see [`BareTriangle::parameters`].
     pub(crate) fn find_parameters(&mut self, count: usize) {
         vectorize::<N, _>(Parameters { hits: self, count });
     }

@@ -25,14 +25,16 @@ mod primitive;
 mod ray;
 mod resolve;
 mod search;
+mod smooth;
 mod stack;
 mod tree;
 mod validate;
 
 pub use aabb::Aabb;
 pub use collect::GeometryBuilder;
-pub(crate) use flat::FlatHits;
+pub(crate) use flat::{BareTriangle, FlatHits};
 pub use search::ClosestHit;
+pub(crate) use smooth::SmoothHits;
 
 use crate::handles::{InterfaceId, LightId, MaterialId};
 use crate::inputs::FloatInput;

@@ -111,8 +111,11 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
 
     fn quadric(&mut self, id: PrimitiveId) -> bool {
         let (o, d) = self.precise();
-        let t = self.scope.level.quadrics[id.index()].quadric.distance(o, d);
-        self.accept_nearer(id, t)
+        let quadric = &self.scope.level.quadrics[id.index()].quadric;
+        if SHADOW && quadric.is_beyond(o, d, f64::from(self.t_max)) {
+            return false;
+        }
+        self.accept_nearer(id, quadric.distance(o, d))
     }
 
     fn curve(&mut self, id: PrimitiveId) -> bool {

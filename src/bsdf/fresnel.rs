@@ -48,7 +48,8 @@ impl Fresnel {
 }
 
 /// Unpolarized reflectance of a dielectric boundary: light with `cos_i` > 0 is incident on the side of index `eta_i`,
-/// with `cos_i` < 0 on the other. 1 for total internal reflection.
+/// with `cos_i` < 0 on the other. 1 for total internal reflection. Without a branch.
+#[inline(always)]
 pub fn dielectric(cos_i: f32, eta_i: f32, eta_t: f32) -> f32 {
     let (eta_i, eta_t) = if cos_i > 0.0 {
         (eta_i, eta_t)
@@ -57,13 +58,11 @@ pub fn dielectric(cos_i: f32, eta_i: f32, eta_t: f32) -> f32 {
     };
     let cos_i = cos_i.abs().min(1.0);
     let sin_t = eta_i / eta_t * (1.0 - cos_i * cos_i).max(0.0).sqrt();
-    if sin_t >= 1.0 {
-        return 1.0;
-    }
     let cos_t = (1.0 - sin_t * sin_t).max(0.0).sqrt();
     let parallel = (eta_t * cos_i - eta_i * cos_t) / (eta_t * cos_i + eta_i * cos_t);
     let perpendicular = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t);
-    0.5 * (parallel * parallel + perpendicular * perpendicular)
+    let partial = 0.5 * (parallel * parallel + perpendicular * perpendicular);
+    if sin_t >= 1.0 { 1.0 } else { partial }
 }
 
 /// Unpolarized reflectance of a conductor of complex index `eta` + i `k` in vacuum, at cosine `cos_i` in 0…1.

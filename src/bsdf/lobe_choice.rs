@@ -9,7 +9,7 @@ use super::MAX_LOBES;
 use super::fresnel::dielectric;
 use super::lobe::Lobe;
 use crate::math::sampling::BELOW_ONE;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Rgb, Vec2, Vec3};
 
 /// The uniform part of the probabilities. With a tenth, eight scenes had 0.98 of the variance that they have with a quarter (4 images of
 /// each); but what a weak mirror reflects may be an emitter, and is the noisier the more rarely the mirror is sampled.
@@ -63,33 +63,65 @@ impl LobeChoice {
 }
 
 /// Two numbers of which the first is in [0, `end`), or beyond by rounding, as numbers in [0, 1).
-#[inline]
+#[inline(always)]
 pub(super) fn rescaled(u: Vec2, end: f32) -> Vec2 {
     Vec2::new((u.x / end).clamp(0.0, BELOW_ONE), u.y)
+}
+
+/// [`LobeChoice::choose`] between two lobes, without a branch: whether the first is chosen.
+#[inline(always)]
+pub(super) fn choose_of_two(chances: [f32; 2], u: Vec2) -> (bool, Vec2) {
+    let is_first = u.x < chances[0];
+    let rest = Vec2::new(u.x - chances[0], u.y);
+    let (u, chance) = if is_first {
+        (u, chances[0])
+    } else {
+        (rest, chances[1])
+    };
+    (is_first, rescaled(u, chance))
+}
+
+/// The probabilities of two lobes that scatter this much of the light, of each color.
+#[inline(always)]
+pub(super) fn chances_of_two(first: Rgb, second: Rgb) -> [f32; 2] {
+    let (first, second) = (brightness(first), brightness(second));
+    let total = first + second;
+    [chance(first, total, 2), chance(second, total, 2)]
 }
 
 #[inline(never)]
 fn by_strength(chances: &mut [f32; MAX_LOBES], lobes: &[Lobe], wo: Vec3) {
     let mut total = 0.0;
     for (chance, lobe) in chances.iter_mut().zip(lobes) {
-        *chance = lobe.strength(wo);
+        *chance = brightness(lobe.strength(wo));
         total += *chance;
     }
-    let known = total > 0.0 && total.is_finite();
-    let (even, scale) = match known {
-        true => (EVEN_SHARE, (1.0 - EVEN_SHARE) / total),
-        false => (1.0, 0.0),
-    };
-    for chance in chances.iter_mut().take(lobes.len()) {
-        let by_strength = if known { scale * *chance } else { 0.0 };
-        *chance = even / lobes.len() as f32 + by_strength;
+    for strength in chances.iter_mut().take(lobes.len()) {
+        *strength = chance(*strength, total, lobes.len());
     }
 }
 
+/// The probability of one of `count` lobes, whose strengths sum up to `total`.
+#[inline(always)]
+fn chance(strength: f32, total: f32, count: usize) -> f32 {
+    let known = (total > 0.0) & total.is_finite();
+    let by_strength = (1.0 - EVEN_SHARE) / total * strength;
+    let even = if known { EVEN_SHARE } else { 1.0 } / count as f32;
+    even + if known { by_strength } else { 0.0 }
+}
+
+/// The sum over colors, at least 0.
+#[inline(always)]
+fn brightness(color: Rgb) -> f32 {
+    let sum = color.x + color.y + color.z;
+    // Not where it is not a number.
+    if sum > 0.0 { sum } else { 0.0 }
+}
+
 impl Lobe<'_> {
-    /// About how much of the light from all directions, averaged over colors, the lobe scatters toward `wo`; at least 0.
-    fn strength(&self, wo: Vec3) -> f32 {
-        let color = match self {
+    /// About how much of the light from all directions the lobe scatters toward `wo`, of each color.
+    fn strength(&self, wo: Vec3) -> Rgb {
+        match self {
             Lobe::LambertianReflection(l) => l.reflectance,
             Lobe::LambertianTransmission(l) => l.transmittance,
             Lobe::OrenNayar(l) => l.reflectance,
@@ -113,10 +145,7 @@ impl Lobe<'_> {
             Lobe::SubsurfaceExit(l) => l.factor,
             Lobe::Fourier(l) => l.share,
             Lobe::Measured(l) => l.share,
-        };
-        let sum = color.x + color.y + color.z;
-        // Not where it is not a number.
-        if sum > 0.0 { sum } else { 0.0 }
+        }
     }
 }
 
@@ -126,7 +155,6 @@ mod tests {
     use crate::bsdf::fresnel::Fresnel;
     use crate::bsdf::lambertian::{LambertianReflection, LambertianTransmission};
     use crate::bsdf::specular::SpecularReflection;
-    use crate::math::Rgb;
 
     fn reflecting(share: f32) -> Lobe<'static> {
         Lobe::LambertianReflection(LambertianReflection {

@@ -2,6 +2,7 @@
 //! kept by the dozen and evaluated side by side.
 
 use super::lambertian::LambertianReflection;
+use super::scatterer::{Scatterer, ScattererRows};
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::rows::Rows3;
@@ -24,7 +25,7 @@ pub(crate) struct Matte {
 
 /// A direction sampled from one, as in [`super::BsdfSample`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MatteSample {
+pub(crate) struct ScattererSample {
     pub f: Rgb,
     pub wi: Vec3,
     pub pdf: f32,
@@ -42,10 +43,23 @@ impl Matte {
             cos_n: wo.dot(n),
         }
     }
+}
 
-    /// [`super::Bsdf::receiver_side`].
+impl Scatterer for Matte {
+    type Rows<const N: usize> = MatteRows<N>;
+
     #[inline(always)]
-    pub(crate) fn receiver_side(&self) -> ReceiverSide {
+    fn geometric_normal(&self) -> Vec3 {
+        self.ng
+    }
+
+    #[inline(always)]
+    fn shading_normal(&self) -> Vec3 {
+        self.n
+    }
+
+    #[inline(always)]
+    fn receiver_side(&self) -> ReceiverSide {
         if self.cos_ng < 0.0 {
             ReceiverSide::Back
         } else {
@@ -53,9 +67,8 @@ impl Matte {
         }
     }
 
-    /// [`super::Bsdf::f_and_pdf`] for light from `wi`, without a branch.
     #[inline(always)]
-    pub(crate) fn f_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+    fn f_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
         let (f, pdf) = self.lobe.f_and_pdf(self.cos_n, wi.dot(self.n));
         let transmits = wi.dot(self.ng) * self.cos_ng <= 0.0;
         let edge_on = self.cos_n == 0.0;
@@ -65,34 +78,15 @@ impl Matte {
         )
     }
 
-    /// The BSDF times the cosine, and the density, for light from `wi`.
     #[inline(always)]
-    pub(crate) fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
-        let (f, pdf) = self.f_and_pdf(wi);
-        (f * wi.dot(self.n).abs(), pdf)
-    }
-
-    /// [`super::Bsdf::sample`] in the frame with these axes along the surface, without a branch; and whether there is a sample.
-    #[inline(always)]
-    pub(crate) fn sample(&self, s: Vec3, t: Vec3, u: Vec2) -> (MatteSample, bool) {
+    fn sample(&self, s: Vec3, t: Vec3, u: Vec2) -> (ScattererSample, bool) {
         let local = cosine_hemisphere(u);
         let local = local.with_z(local.z.copysign(self.cos_n));
         let (f, pdf) = self.lobe.f_and_pdf(self.cos_n, local.z);
         let wi = Frame { s, t, n: self.n }.to_world(local);
         let transmits = wi.dot(self.ng) * self.cos_ng <= 0.0;
         let is_lit = !transmits & (self.cos_n != 0.0) & (pdf > 0.0) & !is_black(f);
-        (MatteSample { f, wi, pdf }, is_lit)
-    }
-
-    /// That of a sample.
-    #[inline(always)]
-    pub(crate) fn weight(&self, sample: &MatteSample) -> Rgb {
-        sample.f * (sample.wi.dot(self.n).abs() / sample.pdf)
-    }
-
-    #[inline(always)]
-    pub(crate) fn geometric_normal(&self) -> Vec3 {
-        self.ng
+        (ScattererSample { f, wi, pdf }, is_lit)
     }
 }
 
@@ -118,8 +112,22 @@ impl<const N: usize> Default for MatteRows<N> {
 }
 
 impl<const N: usize> MatteRows<N> {
+    /// Sets a reflectance, for now alone.
     #[inline(always)]
-    pub(crate) fn get(&self, i: usize) -> Matte {
+    pub(crate) fn set_reflectance(&mut self, i: usize, reflectance: Rgb) {
+        self.reflectance.set(i, reflectance);
+    }
+
+    /// That of the one at `i`.
+    #[inline(always)]
+    pub(crate) fn reflectance(&self, i: usize) -> Rgb {
+        self.reflectance.get(i)
+    }
+}
+
+impl<const N: usize> ScattererRows<Matte> for MatteRows<N> {
+    #[inline(always)]
+    fn get(&self, i: usize) -> Matte {
         Matte {
             lobe: LambertianReflection {
                 reflectance: self.reflectance.get(i),
@@ -132,7 +140,7 @@ impl<const N: usize> MatteRows<N> {
     }
 
     #[inline(always)]
-    pub(crate) fn set(&mut self, i: usize, matte: &Matte) {
+    fn set(&mut self, i: usize, matte: &Matte) {
         self.reflectance.set(i, matte.lobe.reflectance);
         self.ng.set(i, matte.ng);
         self.n.set(i, matte.n);

@@ -46,28 +46,15 @@ impl MicrofacetReflection {
 
     /// Value and density together, which share the half vector, its density and the masking of `wo`.
     pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
-        let cosines = wo.z * wi.z;
-        let Some(h) = (wo + wi).try_normalize().filter(|_| cosines != 0.0) else {
-            return (Rgb::ZERO, 0.0);
-        };
-        let fresnel = self.fresnel_at(h, wi);
-        let d = self.distribution.d(h);
-        let (g, g1) = self.distribution.g_and_g1(wo, wi);
-        let f = self.reflectance * fresnel * (d * g / (4.0 * cosines.abs()));
-        // The cosine in the density of facets cancels with that of the reflection's Jacobian.
-        let pdf = if cosines > 0.0 {
-            d * g1 / (4.0 * wo.z.abs())
-        } else {
-            0.0
-        };
-        (f, pdf)
+        let facets = self.distribution.reflection(wo, wi);
+        let fresnel = self.fresnel.evaluate(facets.cosine);
+        (self.reflectance * fresnel * facets.f, facets.pdf)
     }
 
     /// Reflects about a facet sampled from the visible ones; `None` if the light would leave below the surface.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<LobeSample> {
-        let h = self.distribution.sample(wo, u);
-        let wi = 2.0 * wo.dot(h) * h - wo;
-        if wo.dot(h) <= 0.0 || wo.z * wi.z <= 0.0 {
+        let (wi, is_above) = self.distribution.sample_reflection(wo, u);
+        if !is_above {
             return None;
         }
         let (f, pdf) = self.f_and_pdf(wo, wi);

@@ -2,6 +2,7 @@
 //! and Humphreys 2016, chapters 8 and 14; docs/scene-language.md §3.8).
 
 pub mod clearcoat;
+mod coated;
 pub mod disney_diffuse;
 pub mod fourier;
 pub mod fresnel;
@@ -18,15 +19,18 @@ mod matte;
 pub mod measured;
 pub mod microfacet;
 pub mod oren_nayar;
+mod scatterer;
 pub mod specular;
 pub mod subsurface_exit;
 #[cfg(test)]
 pub(crate) mod testing;
 pub mod trowbridge_reitz;
 
+pub(crate) use coated::{Coated, CoatedLobes};
 pub use lobe::Lobe;
-use matte::MatteSample;
-pub(crate) use matte::{Matte, MatteRows};
+pub(crate) use matte::Matte;
+use matte::ScattererSample;
+pub(crate) use scatterer::{Scatterer, ScattererRows};
 
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
@@ -270,6 +274,12 @@ impl<'a> Bsdf<'a> {
         }
     }
 
+    /// What scatters light, if that is a diffuse and a glossy reflection by a dielectric.
+    #[inline(always)]
+    pub(crate) fn coated(&self) -> Option<CoatedLobes> {
+        CoatedLobes::of(&self.lobes)
+    }
+
     /// Sums over all lobes except the one at index `but`: of values, and of densities by the lobes' chances; directions are local.
     #[inline(never)]
     fn sums(
@@ -381,7 +391,7 @@ impl<'a> Bsdf<'a> {
 }
 
 impl BsdfSample {
-    fn of_matte(sample: &MatteSample) -> BsdfSample {
+    fn of_matte(sample: &ScattererSample) -> BsdfSample {
         BsdfSample {
             f: sample.f,
             wi: sample.wi,

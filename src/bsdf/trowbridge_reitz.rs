@@ -2,8 +2,9 @@
 //! (Pharr, Jakob and Humphreys 2016, §8.4). Directions are local: z along the shading normal.
 
 use crate::math::float::clamp_nan_low;
+use crate::math::sampling::sin_cos_turn;
 use crate::math::{Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 /// Minimum width: narrower lobes exceed single precision.
 const MIN_ALPHA: f32 = 0.001;
@@ -30,6 +31,25 @@ impl TrowbridgeReitz {
         }
     }
 
+    /// One of these [widths](TrowbridgeReitz::widths), with correlated masking.
+    #[inline(always)]
+    pub(super) fn of_widths(alpha_x: f32, alpha_y: f32) -> TrowbridgeReitz {
+        TrowbridgeReitz {
+            alpha_x,
+            alpha_y,
+            separable: false,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn widths(&self) -> (f32, f32) {
+        (self.alpha_x, self.alpha_y)
+    }
+
+    pub(super) fn is_separable(&self) -> bool {
+        self.separable
+    }
+
     /// The same distribution with uncorrelated masking and shadowing, as in the Disney model.
     pub fn separable(self) -> TrowbridgeReitz {
         TrowbridgeReitz {
@@ -40,6 +60,7 @@ impl TrowbridgeReitz {
 
     /// Differential area of facets with normal `h`, per area of surface and solid angle: equation 8.10, written without
     /// the tangent so that narrow lobes keep their precision near the pole.
+    #[inline(always)]
     pub fn d(&self, h: Vec3) -> f32 {
         let (x, y) = (h.x / self.alpha_x, h.y / self.alpha_y);
         let e = x * x + y * y + h.z * h.z;
@@ -47,6 +68,7 @@ impl TrowbridgeReitz {
     }
 
     /// Smith's Λ: the ratio of masked to visible facet area seen from `w` (§8.4.3); infinite at grazing directions.
+    #[inline(always)]
     pub fn lambda(&self, w: Vec3) -> f32 {
         let (x, y) = (w.x * self.alpha_x, w.y * self.alpha_y);
         0.5 * ((1.0 + (x * x + y * y) / (w.z * w.z)).sqrt() - 1.0)
@@ -67,6 +89,7 @@ impl TrowbridgeReitz {
     }
 
     /// [`TrowbridgeReitz::g`], and [`TrowbridgeReitz::g1`] from `wo`.
+    #[inline(always)]
     pub fn g_and_g1(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
         let (hidden_o, hidden_i) = (self.lambda(wo), self.lambda(wi));
         let g1 = 1.0 / (1.0 + hidden_o);
@@ -79,30 +102,75 @@ impl TrowbridgeReitz {
     }
 
     /// Samples a facet normal (z ≥ 0 if `wo` is above the surface) from those visible from `wo` (Heitz, "Sampling the
-    /// GGX Distribution of Visible Normals", JCGT 7(4), 2018).
+    /// GGX Distribution of Visible Normals", JCGT 7(4), 2018). Without a branch.
+    #[inline(always)]
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let side = 1.0f32.copysign(wo.z);
         let wo = wo * side;
         // In the space where the distribution is a hemisphere:
         let view = Vec3::new(self.alpha_x * wo.x, self.alpha_y * wo.y, wo.z).normalize();
-        let t1 = Vec3::new(-view.y, view.x, 0.0)
-            .try_normalize()
-            .unwrap_or(Vec3::X);
+        let (t1, has_side) = unit(Vec3::new(-view.y, view.x, 0.0));
+        let t1 = if has_side { t1 } else { Vec3::X };
         let t2 = view.cross(t1);
         // a point of the hemisphere's projection along the view, a half disk and half an ellipse.
-        let (r, phi) = (u.x.sqrt(), TAU * u.y);
-        let p1 = r * phi.cos();
+        let (r, (sin, cos)) = (u.x.sqrt(), sin_cos_turn(u.y));
+        let p1 = r * cos;
         let blend = 0.5 * (1.0 + view.z);
-        let p2 = (1.0 - blend) * (1.0 - p1 * p1).max(0.0).sqrt() + blend * r * phi.sin();
+        let p2 = (1.0 - blend) * (1.0 - p1 * p1).max(0.0).sqrt() + blend * r * sin;
         let p3 = (1.0 - p1 * p1 - p2 * p2).max(0.0).sqrt();
         let n = p1 * t1 + p2 * t2 + p3 * view;
         side * Vec3::new(self.alpha_x * n.x, self.alpha_y * n.y, n.z.max(1e-6)).normalize()
+    }
+
+    /// A direction that a facet reflects to `wo`, and whether it is above the surface, where it counts: see [`TrowbridgeReitz::sample`].
+    #[inline(always)]
+    pub(super) fn sample_reflection(&self, wo: Vec3, u: Vec2) -> (Vec3, bool) {
+        let h = self.sample(wo, u);
+        let wi = 2.0 * wo.dot(h) * h - wo;
+        (wi, (wo.dot(h) > 0.0) & (wo.z * wi.z > 0.0))
+    }
+
+    /// What facets that are perfect mirrors reflect, without a branch.
+    #[inline(always)]
+    pub(super) fn reflection(&self, wo: Vec3, wi: Vec3) -> FacetReflection {
+        let cosines = wo.z * wi.z;
+        let (h, has_facet) = unit(wo + wi);
+        let may = has_facet & (cosines != 0.0);
+        let d = self.d(h);
+        let (g, g1) = self.g_and_g1(wo, wi);
+        let cosine = wi.dot(if h.z < 0.0 { -h } else { h });
+        let f = d * g / (4.0 * cosines.abs());
+        // The cosine in the density of facets cancels with that of the reflection's Jacobian.
+        let pdf = d * g1 / (4.0 * wo.z.abs());
+        FacetReflection {
+            cosine: if may { cosine } else { 0.0 },
+            f: if may { f } else { 0.0 },
+            pdf: if may & (cosines > 0.0) { pdf } else { 0.0 },
+        }
     }
 
     /// Density of [`TrowbridgeReitz::sample`] per solid angle of facet normals.
     pub fn pdf(&self, wo: Vec3, h: Vec3) -> f32 {
         self.d(h) * self.g1(wo) * wo.dot(h).abs() / wo.z.abs()
     }
+}
+
+/// What facets reflect from one direction to another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacetReflection {
+    /// Of the incident direction to the facet's normal, which is taken on the side of the surface normal.
+    pub cosine: f32,
+    /// The BRDF of mirrors, in 1/sr (equation 8.19): 0 where no facet reflects.
+    pub f: f32,
+    /// Density of [`TrowbridgeReitz::sample_reflection`], per steradian.
+    pub pdf: f32,
+}
+
+/// The unit vector along `v`, and whether there is one: `Vec3::try_normalize` without a branch.
+#[inline(always)]
+fn unit(v: Vec3) -> (Vec3, bool) {
+    let reciprocal = v.length_recip();
+    (v * reciprocal, reciprocal.is_finite() & (reciprocal > 0.0))
 }
 
 #[cfg(test)]

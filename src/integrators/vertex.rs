@@ -1,7 +1,7 @@
 //! Vertices of a path, on a surface or in a medium, as emitter sampling needs them.
 
 use crate::accel::GeometryHit;
-use crate::bsdf::{Bsdf, Matte};
+use crate::bsdf::{Bsdf, Scatterer};
 use crate::handles::MediumId;
 use crate::math::{Rgb, Vec3};
 use crate::media::HenyeyGreenstein;
@@ -55,20 +55,21 @@ impl Vertex for SurfaceVertex<'_> {
     }
 }
 
-/// A point on a surface that is matte and bounds no medium.
-pub(super) struct MatteVertex {
+/// A point on a surface that bounds no medium.
+pub(super) struct LeanVertex<S> {
     pub from: ReferencePoint,
-    pub matte: Matte,
+    /// How the surface scatters.
+    pub scatterer: S,
 }
 
-impl Vertex for MatteVertex {
+impl<S: Scatterer> Vertex for LeanVertex<S> {
     fn reference_point(&self) -> ReferencePoint {
         self.from
     }
 
     #[inline(always)]
     fn scattered_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
-        self.matte.scattered_and_pdf(wi)
+        self.scatterer.scattered_and_pdf(wi)
     }
 
     fn medium_toward(&self, _: &World, _: Vec3) -> Option<MediumId> {

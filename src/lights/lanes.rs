@@ -2,7 +2,7 @@
 
 use super::light_bounds::LightBounds;
 use crate::math::Vec3;
-use wide::f32x8;
+use wide::f32x4;
 
 /// Groups in one set of lanes.
 pub(super) const LANES: usize = 8;
@@ -32,34 +32,67 @@ impl Receiver {
     }
 }
 
+/// Lanes of a half, one register of every processor.
+pub(super) const HALF: usize = LANES / 2;
+
 /// Eight [`LightBounds`]es in the form they are estimated with; lanes without one bring nothing.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Lanes {
-    center: [f32x8; 3],
-    axis: [f32x8; 3],
-    /// Of the sphere around the box.
-    radius: f32x8,
-    /// The largest that 1/distance² counts for.
-    most: f32x8,
-    intensity: f32x8,
-    cos_spread: f32x8,
-    sin_spread: f32x8,
-    cos_falloff: f32x8,
-    everywhere: f32x8,
-}
+pub(super) struct Lanes([Half; 2]);
 
 impl Lanes {
     pub(super) fn empty() -> Lanes {
-        Lanes {
-            most: f32x8::ONE,
-            ..Lanes::default()
-        }
+        Lanes([Half::empty(), Half::empty()])
     }
 
     /// Puts a reach into a lane. Distances below `min_distance`, or half the box's diagonal, do not
     /// count as nearer.
     pub(super) fn set(&mut self, lane: usize, reach: &LightBounds, min_distance: f32) {
-        let put = |lanes: &mut f32x8, value: f32| {
+        if let Some(half) = self.0.get_mut(lane / HALF) {
+            half.set(lane % HALF, reach, min_distance);
+        }
+    }
+
+    /// About the irradiance that each lane brings to a receiver.
+    #[inline]
+    pub(super) fn at(&self, to: &Receiver) -> [f32; LANES] {
+        let [[a, b, c, d], [e, f, g, h]] = [self.0[0].at(to), self.0[1].at(to)];
+        [a, b, c, d, e, f, g, h]
+    }
+
+    /// That of the first lanes.
+    #[inline]
+    pub(super) fn at_first(&self, to: &Receiver) -> [f32; HALF] {
+        self.0[0].at(to)
+    }
+}
+
+/// Four of them.
+#[derive(Clone, Debug, Default)]
+struct Half {
+    center: [f32x4; 3],
+    axis: [f32x4; 3],
+    /// Of the sphere around the box.
+    radius: f32x4,
+    /// The largest that 1/distance² counts for.
+    most: f32x4,
+    intensity: f32x4,
+    cos_spread: f32x4,
+    sin_spread: f32x4,
+    cos_falloff: f32x4,
+    everywhere: f32x4,
+}
+
+impl Half {
+    fn empty() -> Half {
+        Half {
+            most: f32x4::ONE,
+            ..Half::default()
+        }
+    }
+
+    /// See [`Lanes::set`].
+    fn set(&mut self, lane: usize, reach: &LightBounds, min_distance: f32) {
+        let put = |lanes: &mut f32x4, value: f32| {
             if let Some(slot) = lanes.as_mut_array().get_mut(lane) {
                 *slot = value;
             }
@@ -81,32 +114,32 @@ impl Lanes {
         put(&mut self.everywhere, reach.everywhere);
     }
 
-    /// About the irradiance that each lane brings to a receiver.
+    /// See [`Lanes::at`].
     ///
     /// The lights are seen within an angle whose sine is radius/distance. Instead of turning
     /// directions by that angle, which would be the paper's bound (see [`super::clusters`]), the sine is
     /// added to the cosine: it is almost as much, and saves two roots.
-    #[inline]
-    pub(super) fn at(&self, to: &Receiver) -> [f32; LANES] {
-        let one = f32x8::ONE;
+    #[inline(always)]
+    fn at(&self, to: &Receiver) -> [f32; HALF] {
+        let one = f32x4::ONE;
         // Written out: `array::map` is not inlined here (see `accel::packet`).
-        let x = f32x8::splat(to.p.x) - self.center[0];
-        let y = f32x8::splat(to.p.y) - self.center[1];
-        let z = f32x8::splat(to.p.z) - self.center[2];
+        let x = f32x4::splat(to.p.x) - self.center[0];
+        let y = f32x4::splat(to.p.y) - self.center[1];
+        let z = f32x4::splat(to.p.z) - self.center[2];
         let distance2 = x * x + y * y + z * z;
-        let over_distance = one / distance2.max(f32x8::splat(f32::MIN_POSITIVE)).sqrt();
+        let over_distance = one / distance2.max(f32x4::splat(f32::MIN_POSITIVE)).sqrt();
         let size = self.radius * over_distance;
         let cos = (x * self.axis[0] + y * self.axis[1] + z * self.axis[2]) * over_distance;
-        let sin = (one - cos * cos).max(f32x8::ZERO).sqrt();
+        let sin = (one - cos * cos).max(f32x4::ZERO).sqrt();
         // Past the directions that shine most.
         let within = cos.simd_ge(self.cos_spread);
         let past = within.bitselect(one, cos * self.cos_spread + sin * self.sin_spread);
         let seen = (past + size).min(one);
-        let share = seen.max(f32x8::ZERO) & seen.simd_ge(self.cos_falloff);
+        let share = seen.max(f32x4::ZERO) & seen.simd_ge(self.cos_falloff);
         let n = to.n;
-        let along = x * f32x8::splat(n.x) + y * f32x8::splat(n.y) + z * f32x8::splat(n.z);
+        let along = x * f32x4::splat(n.x) + y * f32x4::splat(n.y) + z * f32x4::splat(n.z);
         let facing = (along.abs() * over_distance + size).min(one);
-        let received = f32x8::splat(to.always) + f32x8::splat(to.by_cosine) * facing;
+        let received = f32x4::splat(to.always) + f32x4::splat(to.by_cosine) * facing;
         let falloff = (over_distance * over_distance).min(self.most);
         (self.everywhere + self.intensity * share * received * falloff).to_array()
     }

@@ -1,7 +1,7 @@
 //! Choosing one of up to eight lights: as [`super::clusters`] does, with the same estimates and the same even share, but
 //! without a tree.
 
-use super::lanes::{LANES, Lanes, Receiver};
+use super::lanes::{HALF, LANES, Lanes, Receiver};
 use super::light_tree::{Candidate, EVEN_SHARE, pick, sum};
 use crate::handles::LightId;
 
@@ -52,7 +52,12 @@ impl SmallLightSet {
     }
 
     fn probabilities(&self, to: &Receiver) -> [f32; LANES] {
-        let estimates = self.lanes.at(to);
+        let estimates = if self.len <= HALF {
+            let [a, b, c, d] = self.lanes.at_first(to);
+            [a, b, c, d, 0.0, 0.0, 0.0, 0.0]
+        } else {
+            self.lanes.at(to)
+        };
         let total = sum(&estimates);
         // Nothing arrives, or the point is not finite.
         if !(total > 0.0 && total.is_finite()) {

@@ -54,7 +54,7 @@ pub use subsurface::Subsurface;
 pub use translucent::Translucent;
 pub use uber::Uber;
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, CoatedLobes};
 use crate::handles::MaterialId;
 use crate::inputs::{SpectrumInput, TexturesRead};
 use crate::math::Rgb;
@@ -168,6 +168,12 @@ impl Material {
     /// Its reflectance, if it is ideally diffuse, reflects alone, and is the same everywhere.
     pub fn even_reflectance(&self) -> Option<Rgb> {
         let even = self.kind.scattering().even_reflectance();
+        even.filter(|_| self.bump.is_none())
+    }
+
+    /// Its lobes, if they are those of a [coated](CoatedLobes) surface, and the same everywhere.
+    pub(crate) fn even_coat(&self) -> Option<CoatedLobes> {
+        let even = self.kind.scattering().even_coat();
         even.filter(|_| self.bump.is_none())
     }
 

@@ -1,10 +1,11 @@
 //! The `plastic` material.
 
 use super::lobes::{diffuse, glossy};
+use super::place::as_reflectance;
 use super::roughness::Roughness;
 use super::{Place, Scattering};
-use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::{Bsdf, CoatedLobes};
 use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::math::color::is_black;
@@ -48,6 +49,21 @@ impl Scattering for Plastic {
         if !is_black(ks) {
             bsdf.extend(glossy(ks, self.roughness.distribution(at), COAT));
         }
+    }
+
+    fn even_coat(&self) -> Option<CoatedLobes> {
+        let (SpectrumInput::Constant(kd), SpectrumInput::Constant(ks)) = (self.kd, self.ks) else {
+            return None;
+        };
+        let lobes = [
+            diffuse(as_reflectance(kd))?,
+            glossy(
+                as_reflectance(ks),
+                self.roughness.even_distribution()?,
+                COAT,
+            )?,
+        ];
+        CoatedLobes::of(&lobes)
     }
 
     fn max_lobes(&self) -> usize {

@@ -67,6 +67,14 @@ impl Roughness {
         [along_u, if u == v { along_u } else { place.float(v) }]
     }
 
+    /// The facet distribution, if it is the same everywhere.
+    pub(super) fn even_distribution(&self) -> Option<TrowbridgeReitz> {
+        let [FloatInput::Constant(u), FloatInput::Constant(v)] = self.along else {
+            return None;
+        };
+        Some(self.meaning.distribution(u, v))
+    }
+
     /// The facet distribution at a point.
     pub(super) fn distribution(&self, place: &Place) -> TrowbridgeReitz {
         let [u, v] = self.at(place);

@@ -2,7 +2,7 @@
 
 use super::prepare::Tables;
 use super::{Material, Place};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, CoatedLobes};
 use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::params::NamedFile;
@@ -42,6 +42,11 @@ pub(super) trait Scattering {
 
     /// Its reflectance, if it is ideally diffuse, reflects alone, and is the same everywhere.
     fn even_reflectance(&self) -> Option<Rgb> {
+        None
+    }
+
+    /// Its lobes, if they are those of a [coated](CoatedLobes) surface, and the same everywhere.
+    fn even_coat(&self) -> Option<CoatedLobes> {
         None
     }
 

@@ -44,12 +44,28 @@ fn eighth_turn(t: f32) -> (f32, f32) {
 /// rounding the angle.
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     let (quarter, whole) = floor(4.0 * turns + 0.5);
-    let (sin, cos) = eighth_turn(2.0 * (4.0 * turns - whole));
-    match quarter & 3 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
+    quarter_turns(quarter as i32, eighth_turn(2.0 * (4.0 * turns - whole)))
+}
+
+/// [`sin_cos_turns`] of at most one turn, in [0, 1], without a branch.
+#[inline(always)]
+pub fn sin_cos_turn(turn: f32) -> (f32, f32) {
+    let quarter = (4.0 * turn + 0.5) as i32;
+    quarter_turns(quarter, eighth_turn(2.0 * (4.0 * turn - quarter as f32)))
+}
+
+/// Sine and cosine of an angle and this many quarters of a turn, from those of the angle.
+#[inline(always)]
+fn quarter_turns(quarters: i32, (sin, cos): (f32, f32)) -> (f32, f32) {
+    let (sin, cos) = if quarters & 1 == 0 {
+        (sin, cos)
+    } else {
+        (cos, -sin)
+    };
+    if quarters & 2 == 0 {
+        (sin, cos)
+    } else {
+        (-sin, -cos)
     }
 }
 
@@ -105,6 +121,9 @@ mod tests {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(turns)).sin_cos();
             let (s, c) = sin_cos_turns(turns);
             assert!((f64::from(s) - sin).abs() < 2e-7 && (f64::from(c) - cos).abs() < 2e-7);
+            if (0.0..=1.0).contains(&turns) {
+                assert_eq!(sin_cos_turn(turns), (s, c));
+            }
         }
         // Relative precision near the poles of an image.
         assert!((sin_cos_turns(1e-9).0 / 6.283_185_5e-9 - 1.0).abs() < 1e-6);

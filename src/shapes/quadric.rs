@@ -115,6 +115,13 @@ impl Quadric {
         }
     }
 
+    /// Returns `true` if the ray is known at little cost to meet it nowhere before `t_max`.
+    #[inline]
+    pub(crate) fn is_beyond(&self, o: DVec3, d: DVec3, t_max: f64) -> bool {
+        let ball = self.ball.as_ref();
+        ball.is_some_and(|ball| ball.is_beyond(o, d, t_max))
+    }
+
     /// That point, in object space.
     pub fn object_point(&self, o: DVec3, d: DVec3) -> Option<DVec3> {
         let (Some(ball), Form::Sphere(sphere)) = (&self.ball, &self.form) else {

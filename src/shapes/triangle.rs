@@ -35,7 +35,7 @@ impl Orientation {
     }
 
     /// An interpolated normal or its derivative, turned.
-    #[inline]
+    #[inline(always)]
     pub(super) fn shading(self, n: DVec3) -> DVec3 {
         if self.flip_shading { -n } else { n }
     }
@@ -49,7 +49,14 @@ const PLAIN_SINE: f64 = 1e-2;
 /// ∂p/∂u and ∂p/∂v are taken from the texture coordinates where their determinant is at least this.
 const SMALLEST_UV_DETERMINANT: f64 = 1e-8;
 
-#[inline]
+/// The unit vector along `v`, and whether there is one: `DVec3::try_normalize` without a branch.
+#[inline(always)]
+fn unit(v: DVec3) -> (DVec3, bool) {
+    let reciprocal = v.length_recip();
+    (v * reciprocal, reciprocal.is_finite() & (reciprocal > 0.0))
+}
+
+#[inline(always)]
 fn interpolate(v: &[DVec3; 3], b: [f64; 3]) -> DVec3 {
     v[0] * b[0] + v[1] * b[1] + v[2] * b[2]
 }
@@ -68,41 +75,49 @@ impl Triangle {
     /// `None` where the line lies in the plane.
     #[inline(always)]
     pub fn barycentrics(&self, o: DVec3, d: DVec3) -> Option<[f64; 3]> {
+        let (b, meets) = self.meeting(o, d);
+        meets.then_some(b)
+    }
+
+    /// The same without a branch, and whether the line meets the plane.
+    #[inline(always)]
+    fn meeting(&self, o: DVec3, d: DVec3) -> ([f64; 3], bool) {
         let (e1, e2, across) = self.edges();
         let scale = d.dot(across).recip();
         let q = d.cross(o - self.p[0]);
         let (b1, b2) = (e2.dot(q) * scale, -e1.dot(q) * scale);
         let b0 = 1.0 - b1 - b2;
-        if b0 >= 0.0 && b1 >= 0.0 && b2 >= 0.0 {
-            // The rule; their sum is 1 but for a rounding.
-            return Some([b0, b1, b2]);
-        }
-        if !(b1.is_finite() && b2.is_finite()) {
-            return None;
-        }
-        let b = [b0.max(0.0), b1.max(0.0), b2.max(0.0)];
-        let scale = (b[0] + b[1] + b[2]).recip();
-        Some(b.map(|b| b * scale))
+        // The rule; their sum is 1 but for a rounding.
+        let is_inside = (b0 >= 0.0) & (b1 >= 0.0) & (b2 >= 0.0);
+        // Not `max`, to which zeros of either sign are equal.
+        let at_least_0 = |b: f64| if b > 0.0 { b } else { 0.0 };
+        let moved = [at_least_0(b0), at_least_0(b1), at_least_0(b2)];
+        let scale = (moved[0] + moved[1] + moved[2]).recip();
+        let scale = if is_inside { 1.0 } else { scale };
+        let b = [moved[0] * scale, moved[1] * scale, moved[2] * scale];
+        (b, b1.is_finite() & b2.is_finite())
     }
 
     /// The unit geometric normal where the interpolated one is as given: the corners' order and the orientation decide
     /// its side, or else the interpolated normal does.
     #[inline(always)]
-    fn normal_beside(&self, interpolated: Option<DVec3>) -> DVec3 {
+    fn normal_beside(&self, (interpolated, is_interpolated): (DVec3, bool)) -> DVec3 {
+        let (n, has_area) = unit(self.edges().2);
         let n = self
             .orientation
-            .geometric(self.edges().2.normalize_or(DVec3::Z));
-        match interpolated {
-            Some(ns) if ns.dot(n) < 0.0 => -n,
-            _ => n,
-        }
+            .geometric(if has_area { n } else { DVec3::Z });
+        let turns = is_interpolated & (interpolated.dot(n) < 0.0);
+        if turns { -n } else { n }
     }
 
-    /// The unit shading normal at `b`; `None` without normals, or where they cancel.
+    /// The unit shading normal at `b`, and whether there is one: not without normals, nor where they cancel.
     #[inline(always)]
-    fn interpolated_normal(&self, b: [f64; 3]) -> Option<DVec3> {
-        let n = interpolate(self.normals.as_ref()?, b).try_normalize()?;
-        Some(self.orientation.shading(n))
+    fn interpolated_normal(&self, b: [f64; 3]) -> (DVec3, bool) {
+        let Some(normals) = &self.normals else {
+            return (DVec3::ZERO, false);
+        };
+        let (n, is_unit) = unit(interpolate(normals, b));
+        (self.orientation.shading(n), is_unit)
     }
 
     /// The point at `b`.
@@ -157,6 +172,12 @@ impl Triangle {
     /// The same by barycentric coordinates, in the triangle for certain.
     #[inline(never)]
     fn nearest_point(&self, o: DVec3, d: DVec3) -> LocalPoint {
+        self.smooth_point(o, d)
+    }
+
+    /// The same where a triangle has normals at its corners. Without a branch.
+    #[inline(always)]
+    pub(crate) fn smooth_point(&self, o: DVec3, d: DVec3) -> LocalPoint {
         self.local_point(self.nearest(o, d))
     }
 
@@ -164,7 +185,8 @@ impl Triangle {
     /// plane, where any point will do.
     #[inline(always)]
     pub(crate) fn nearest(&self, o: DVec3, d: DVec3) -> [f64; 3] {
-        self.barycentrics(o, d).unwrap_or([1.0 / 3.0; 3])
+        let (b, meets) = self.meeting(o, d);
+        if meets { b } else { [1.0 / 3.0; 3] }
     }
 
     /// The point at `b`, with its normals.
@@ -178,7 +200,7 @@ impl Triangle {
             // Three products and two sums, and as much again for the coordinates' own rounding.
             p_error: largest * (8.0 * f64::EPSILON),
             n,
-            shading_n: interpolated.unwrap_or(n),
+            shading_n: if interpolated.1 { interpolated.0 } else { n },
         }
     }
 

@@ -2,7 +2,7 @@
 //! only what its scene needs.
 
 use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit};
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::bsdf::{Bsdf, BsdfSample, CoatedLobes};
 use crate::handles::{LightId, LightLayer, MaterialId, MediumId};
 use crate::inputs::FloatInput;
 use crate::lights::Light;
@@ -26,6 +26,8 @@ pub struct World {
     pub materials: Vec<Material>,
     /// The reflectance of those materials that are [matte everywhere](Material::even_reflectance).
     even_reflectances: Vec<Option<Rgb>>,
+    /// The lobes of those that are [coated alike everywhere](Material::even_coat).
+    even_coats: Vec<Option<CoatedLobes>>,
     /// Textures by their ids.
     pub textures: Textures,
     /// Lights by [`LightId`], area lights included.
@@ -66,6 +68,7 @@ impl World {
             moves: geometry.moves(),
             geometry,
             even_reflectances: materials.iter().map(Material::even_reflectance).collect(),
+            even_coats: materials.iter().map(Material::even_coat).collect(),
             materials,
             textures,
             lights,
@@ -184,6 +187,12 @@ impl World {
     #[inline]
     pub fn even_reflectance(&self, id: Option<MaterialId>) -> Option<Rgb> {
         *self.even_reflectances.get(id?.index())?
+    }
+
+    /// The lobes of a material that is [coated alike everywhere](Material::even_coat).
+    #[inline]
+    pub(crate) fn even_coat(&self, id: Option<MaterialId>) -> Option<&CoatedLobes> {
+        self.even_coats.get(id?.index())?.as_ref()
     }
 
     /// How the surface scatters at a hit: fills the [empty](Bsdf::empty) `bsdf`. Not an answer, which

@@ -1,12 +1,11 @@
-//! Direct light of the commonest lamps, which are parallelograms and balls, on the commonest surfaces, which are matte: computed side by
-//! side.
+//! Direct light of the commonest lamps, which are parallelograms and balls, on the commonest surfaces: computed side by side.
 //!
 //! Vertices are kept as rows of numbers, in a cache near the processor, and the functions that serve a single vertex are run in a loop
 //! over them that has no branches: it is compiled to vector instructions. Bits are those of one at a time.
 
 use super::emitter_sampling::weighted;
 use super::shadows::Gain;
-use crate::bsdf::{Matte, MatteRows};
+use crate::bsdf::{Scatterer, ScattererRows};
 use crate::handles::LightId;
 use crate::lights::{Glow, Light};
 use crate::math::color::is_black;
@@ -28,13 +27,12 @@ const WHOLE: usize = 16;
 const LIGHTS: usize = 4;
 
 /// The vertices that wait for light, by light; none where a light is not one of these lamps.
-#[derive(Default)]
-pub(super) struct Lamps([Option<Box<Waiting>>; LIGHTS]);
+pub(super) struct Lamps<S: Scatterer>([Option<Box<Waiting<S>>>; LIGHTS]);
 
-impl Lamps {
+impl<S: Scatterer> Lamps<S> {
     /// Those of the world.
-    pub(super) fn new(world: &World) -> Lamps {
-        let mut lamps = Lamps::default();
+    pub(super) fn new(world: &World) -> Lamps<S> {
+        let mut lamps = Lamps(Default::default());
         let lights = world.sampled_lights();
         if lights.len() <= LIGHTS {
             for (waiting, light) in lamps.0.iter_mut().zip(lights) {
@@ -61,7 +59,7 @@ impl Lamps {
         &mut self,
         (light, pmf): (LightId, f32),
         u: Vec2,
-        vertex: (&ReferencePoint, &Matte),
+        vertex: (&ReferencePoint, &S),
         (path, throughput): (u32, Rgb),
     ) -> bool {
         let Some(Some(waiting)) = self.0.get_mut(light.index()) else {
@@ -90,16 +88,16 @@ fn is_branchless(light: &Light) -> bool {
 }
 
 /// Vertices that wait for the light of one lamp.
-struct Waiting {
+struct Waiting<S: Scatterer> {
     /// Those that are used.
     count: usize,
-    vertices: Vertices,
+    vertices: Vertices<S>,
     /// Their paths.
     paths: [u32; ROOM],
     samples: Samples,
 }
 
-impl Default for Waiting {
+impl<S: Scatterer> Default for Waiting<S> {
     fn default() -> Self {
         Waiting {
             count: 0,
@@ -110,7 +108,7 @@ impl Default for Waiting {
     }
 }
 
-impl Waiting {
+impl<S: Scatterer> Waiting<S> {
     fn light(&mut self, world: &World, from: LightId, add: &mut impl FnMut(&Ray, Gain)) {
         match world.light(from).shape() {
             Some((Emitter::Parallelogram(piece), glow)) => self.sample(&**piece, glow),
@@ -139,17 +137,17 @@ impl Waiting {
 }
 
 /// What is known.
-struct Vertices {
+struct Vertices<S: Scatterer> {
     pmf: [f32; ROOM],
     u: [[f32; ROOM]; 2],
     p: Rows3<ROOM>,
     p_error: Rows3<ROOM>,
     time: [f32; ROOM],
-    matte: MatteRows<ROOM>,
+    scatterers: S::Rows<ROOM>,
     throughput: Rows3<ROOM>,
 }
 
-impl Default for Vertices {
+impl<S: Scatterer> Default for Vertices<S> {
     fn default() -> Self {
         Vertices {
             pmf: [0.0; ROOM],
@@ -157,20 +155,20 @@ impl Default for Vertices {
             p: Rows3::default(),
             p_error: Rows3::default(),
             time: [0.0; ROOM],
-            matte: MatteRows::default(),
+            scatterers: Default::default(),
             throughput: Rows3::default(),
         }
     }
 }
 
-impl Vertices {
+impl<S: Scatterer> Vertices<S> {
     #[inline(always)]
     fn set(
         &mut self,
         i: usize,
         pmf: f32,
         u: Vec2,
-        (from, matte): (&ReferencePoint, &Matte),
+        (from, scatterer): (&ReferencePoint, &S),
         throughput: Rgb,
     ) {
         self.pmf[i] = pmf;
@@ -178,25 +176,25 @@ impl Vertices {
         self.p.set(i, from.p);
         self.p_error.set(i, from.p_error);
         self.time[i] = from.time;
-        self.matte.set(i, matte);
+        self.scatterers.set(i, scatterer);
         self.throughput.set(i, throughput);
     }
 
     /// What [`super::PathState::sample_light`] would add, and its shadow ray. Black where nothing comes.
     #[inline(always)]
     fn sample<E: BranchlessEmitter>(&self, i: usize, emitter: &E, glow: &Glow) -> (Rgb, Ray) {
-        let matte = self.matte.get(i);
+        let scatterer = self.scatterers.get(i);
         let from = ReferencePoint {
             p: self.p.get(i),
             p_error: self.p_error.get(i),
-            n: matte.geometric_normal(),
+            n: scatterer.geometric_normal(),
             time: 0.0,
             receiver_side: Default::default(),
         };
         let u = Vec2::new(self.u[0][i], self.u[1][i]);
         let (point, is_seen) = emitter.sample(&from, u);
         let light = glow.arriving(&from, &point);
-        let (scattered, scattered_pdf) = matte.scattered_and_pdf(light.wi);
+        let (scattered, scattered_pdf) = scatterer.scattered_and_pdf(light.wi);
         let contribution = scattered * light.radiance;
         let weighted = weighted(contribution, self.pmf[i] * light.pdf, Some(scattered_pdf));
         let value = self.throughput.get(i) * weighted;
@@ -245,15 +243,15 @@ impl Samples {
 }
 
 /// The loop.
-struct SideBySide<'a, E> {
+struct SideBySide<'a, E, S: Scatterer> {
     emitter: E,
     glow: Glow,
-    vertices: &'a Vertices,
+    vertices: &'a Vertices<S>,
     count: usize,
     samples: &'a mut Samples,
 }
 
-impl<E: BranchlessEmitter> Kernel for SideBySide<'_, E> {
+impl<E: BranchlessEmitter, S: Scatterer> Kernel for SideBySide<'_, E, S> {
     type Output = ();
 
     #[inline(always)]

@@ -20,10 +20,21 @@ pub(super) struct Gain {
 }
 
 /// What waits is added to what paths have collected in the order in which it came.
-#[derive(Default)]
 pub(super) struct Shadows {
     rays: ArrayVec<Ray, ROOM>,
     gains: ArrayVec<Gain, ROOM>,
+    /// What blocks the rays.
+    found: [Option<ClosestHit>; ROOM],
+}
+
+impl Default for Shadows {
+    fn default() -> Self {
+        Shadows {
+            rays: ArrayVec::new(),
+            gains: ArrayVec::new(),
+            found: [None; ROOM],
+        }
+    }
 }
 
 impl Shadows {
@@ -37,9 +48,8 @@ impl Shadows {
 
     /// Traces all that wait.
     pub(super) fn trace(&mut self, world: &World, mut add: impl FnMut(Gain)) {
-        let mut found: [Option<ClosestHit>; ROOM] = [None; ROOM];
-        world.occluders(&self.rays, &mut found);
-        for (&gain, found) in self.gains.iter().zip(&found) {
+        world.occluders(&self.rays, &mut self.found);
+        for (&gain, found) in self.gains.iter().zip(&self.found) {
             if found.is_none() {
                 add(gain);
             }

@@ -19,6 +19,13 @@ pub(super) const ROOM_WITH_LAMPS: &str = r#"
         "normal N" [ .1 1 0  0 1 .2  -.3 1 0  0 1 -.1 ]
     Material "plastic"
     Shape "sphere" "float radius" 1
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -3 -1 2  -1 -1 1  -1 2 1  -3 2 2 ]
+        "normal N" [ -.5 0 -1  .2 0 -1  .2 .4 -1  -.5 .4 -1 ]
+    Texture "tiles" "spectrum" "checkerboard" "float uscale" 9 "float vscale" 9 "rgb tex1" [ .8 .7 .6 ] "rgb tex2" [ .1 .2 .1 ]
+    Material "plastic" "texture Kd" "tiles" "float roughness" .02
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ 1 -1 1  3 -1 2  3 2 2  1 2 1 ]
+    Material "uber" "float roughness" .3
+    Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 2 2  1 2 2  1 3 1  -1 3 1 ]
     Material "matte"
     AreaLightSource "diffuse" "rgb L" [ 3 2 1 ]
     Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -1 3.9 -1  1 3.9 -1  1 3.9 1  -1 3.9 1 ]

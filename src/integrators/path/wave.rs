@@ -1,61 +1,87 @@
 //! Many paths side by side: a wave of them takes each step together.
 //!
-//! The commonest vertices, on matte surfaces, are kept as rows of numbers, and the functions that serve a single one are run in loops over
+//! The commonest vertices, on matte and on coated surfaces, are kept as rows of numbers, and the functions that serve a single one are run in loops over
 //! them that have no branches and are compiled to vector instructions ([`crate::math::instruction_set`]). A path that meets something else
 //! takes that step alone, as in [`super::PathState::extend`]. Nothing that a path brings depends on the others, and all bits are those of
 //! one path at a time (Lee, Green, Xie and Tabellion, "Vectorized Production Path Tracing", HPG 2017, has this arrangement for all
 //! materials of a film).
 
-mod mattes;
+mod vertices;
 
 use super::emission::{MisState, Sampled};
 use super::lamps::Lamps;
 use super::shadows::{Gain, Shadows};
 use super::{Path, PathState, Trail};
-use crate::accel::{ClosestHit, FlatHits};
+use crate::accel::{BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
+use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::handles::LightId;
 use crate::integrators::Sight;
 use crate::integrators::context::{Bundle, CameraPath, Lights, WAVE, Workspace};
 use crate::math::Rgb;
+use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::world::World;
 use arrayvec::ArrayVec;
-use mattes::Mattes;
+use vertices::Vertices;
 
 /// What the waves of a thread use one after the other.
 pub(in super::super) struct Wave {
+    paths: Paths,
+    /// The rays of those that go on, and what these hit.
+    rays: ArrayVec<Ray, WAVE>,
+    found: [Option<ClosestHit>; WAVE],
+    /// What is neither a flat matte nor a smooth coated triangle.
+    others: ArrayVec<(u32, Option<ClosestHit>), WAVE>,
+    flats: FlatHits<WAVE>,
+    smooth: SmoothHits<WAVE>,
+    /// For layers: whether some paths have not met what these tell of, and whether they ask for (u, v).
+    is_looking: bool,
+    wants_uv: bool,
+    mattes: Lot<Matte>,
+    coated: Lot<Coated>,
+}
+
+/// What vertices of all kinds share.
+struct Paths {
     /// By path.
     trails: Vec<Trail>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
-    /// Their rays, and what these hit.
-    rays: ArrayVec<Ray, WAVE>,
-    found: [Option<ClosestHit>; WAVE],
-    /// What is not a flat matte triangle.
-    others: ArrayVec<(u32, Option<ClosestHit>), WAVE>,
-    flats: FlatHits<WAVE>,
-    /// For layers: whether some paths have not met what these tell of, and whether they ask for (u, v).
-    is_looking: bool,
-    wants_uv: bool,
-    mattes: Mattes<WAVE>,
-    lamps: Lamps,
     shadows: Shadows,
+}
+
+/// The vertices of a kind.
+struct Lot<S: Scatterer> {
+    vertices: Vertices<S, WAVE>,
+    lamps: Lamps<S>,
+}
+
+impl<S: Scatterer> Lot<S> {
+    fn new(world: &World) -> Lot<S> {
+        Lot {
+            vertices: Vertices::default(),
+            lamps: Lamps::new(world),
+        }
+    }
 }
 
 impl Wave {
     pub(in super::super) fn new(world: &World) -> Wave {
         Wave {
-            trails: Vec::with_capacity(WAVE),
-            walking: ArrayVec::new(),
+            paths: Paths {
+                trails: Vec::with_capacity(WAVE),
+                walking: ArrayVec::new(),
+                shadows: Shadows::default(),
+            },
             rays: ArrayVec::new(),
             found: [None; WAVE],
             others: ArrayVec::new(),
             flats: FlatHits::default(),
+            smooth: SmoothHits::default(),
             is_looking: false,
             wants_uv: false,
-            mattes: Mattes::default(),
-            lamps: Lamps::new(world),
-            shadows: Shadows::default(),
+            mattes: Lot::new(world),
+            coated: Lot::new(world),
         }
     }
 }
@@ -75,20 +101,21 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     ) -> &'a mut Workspace {
         let max_depth = self.path.max_depth;
         let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, None, max_depth);
-        wave.trails.clear();
-        wave.trails
+        wave.paths.trails.clear();
+        wave.paths
+            .trails
             .extend(self.bundle.paths.iter().take(WAVE).map(begin));
-        wave.walking.clear();
-        wave.walking.extend(0..wave.trails.len() as u32);
+        wave.paths.walking.clear();
+        wave.paths.walking.extend(0..wave.paths.trails.len() as u32);
         self.walk(wave, true);
-        out.extend(wave.trails.iter().map(|trail| trail.radiance));
+        out.extend(wave.paths.trails.iter().map(|trail| trail.radiance));
         self.bundle.workspace
     }
 
     /// Extends all paths to their ends.
     fn walk(&mut self, wave: &mut Wave, mut is_first: bool) {
         let mut is_watched = self.see(wave);
-        while !wave.walking.is_empty() {
+        while !wave.paths.walking.is_empty() {
             if WATCHED && !is_watched {
                 // All has been seen.
                 return self.unwatched().walk(wave, is_first);
@@ -122,44 +149,55 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     fn extend(&mut self, wave: &mut Wave, is_first: bool) {
         self.intersect(wave);
         self.resolve_flats(wave);
+        wave.resolve_smooth();
         for i in 0..wave.others.len() {
             let (path, found) = wave.others[i];
             self.extend_alone(wave, path, found, is_first);
         }
-        self.sample_lights(wave);
-        self.trace_shadows(wave);
-        self.sample_directions(wave);
+        wave.coated.vertices.finish();
+        let Wave {
+            paths,
+            mattes,
+            coated,
+            ..
+        } = wave;
+        self.sample_lights(mattes, paths);
+        self.sample_lights(coated, paths);
+        self.trace_shadows(paths);
+        self.sample_directions(&mut mattes.vertices, paths);
+        self.sample_directions(&mut coated.vertices, paths);
     }
 
     /// Finds what the paths hit, and sorts it.
     fn intersect(&mut self, wave: &mut Wave) {
         let world = self.bundle.world;
         wave.rays.clear();
-        let trails = &wave.trails;
+        let trails = &wave.paths.trails;
         let ray = |&path: &u32| trails[path as usize].ray;
-        wave.rays.extend(wave.walking.iter().map(ray));
+        wave.rays.extend(wave.paths.walking.iter().map(ray));
         world.closest(&wave.rays, &mut wave.found[..wave.rays.len()]);
-        wave.mattes.clear();
+        wave.mattes.vertices.clear();
+        wave.coated.vertices.clear();
         wave.others.clear();
-        for i in 0..wave.walking.len() {
-            let (path, found) = (wave.walking[i], wave.found[i].take());
-            if !wave.add_flat::<WATCHED>(world, path, found.as_ref()) {
+        for i in 0..wave.paths.walking.len() {
+            let (path, found) = (wave.paths.walking[i], wave.found[i].take());
+            if !wave.add_triangle::<WATCHED>(world, path, found.as_ref()) {
                 wave.others.push((path, found));
             }
         }
-        wave.walking.clear();
+        wave.paths.walking.clear();
     }
 
     /// Finds where on flat triangles the hits are.
     fn resolve_flats(&mut self, wave: &mut Wave) {
-        let count = wave.mattes.count();
+        let count = wave.mattes.vertices.count();
         wave.flats.resolve(count);
-        wave.mattes.place(&wave.flats);
+        wave.mattes.vertices.place(&wave.flats);
         for i in 0..count {
             if let Some(found) = wave.flats.grazing(i) {
-                let ray = &wave.trails[wave.mattes.path(i)].ray;
+                let ray = &wave.paths.trails[wave.mattes.vertices.path(i)].ray;
                 if let Some(hit) = self.bundle.world.surface(ray, &found) {
-                    wave.mattes.place_alone(i, &hit.surface);
+                    wave.mattes.vertices.place_alone(i, &hit.surface);
                 }
             }
         }
@@ -174,18 +212,23 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             wave.flats.find_parameters(count);
         }
         for i in 0..count {
-            let path = wave.mattes.path(i);
+            let path = wave.mattes.vertices.path(i);
             let (Some(sight), Some(found)) =
                 (sight(&mut self.bundle.paths[path]), wave.flats.found(i))
             else {
                 continue;
             };
-            let ray = &wave.trails[path].ray;
-            let from = wave.mattes.from(i, ray.time);
+            let ray = &wave.paths.trails[path].ray;
+            let from = wave.mattes.vertices.from(i, ray.time);
             let uv = wave.flats.parameters(i).filter(|_| wave.wants_uv);
             let (material, standing) = wave.flats.noted(i);
             let hit = (&found, material, Some(standing));
-            sight.meet_matte(ray, hit, (from.p, from.n, uv), wave.mattes.reflectance(i));
+            sight.meet_matte(
+                ray,
+                hit,
+                (from.p, from.n, uv),
+                wave.mattes.vertices.reflectance(i),
+            );
         }
     }
 
@@ -203,7 +246,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         follows || wave.is_looking
     }
 
-    /// A step that a path takes alone, unless it finds that the surface is matte.
+    /// A step that a path takes alone, unless it finds that the surface is of a kind of which vertices are kept.
     fn extend_alone(
         &mut self,
         wave: &mut Wave,
@@ -211,67 +254,81 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         found: Option<ClosestHit>,
         is_first: bool,
     ) {
-        let trail = wave.trails[path as usize];
+        let trail = wave.paths.trails[path as usize];
         let mut state = self.state(path, trail, is_first);
         let hit = found.and_then(|found| state.context.world.surface(&state.trail.ray, &found));
-        let mattes = &mut wave.mattes;
+        if let Some(hit) = &hit
+            && wave.add_coated::<WATCHED>(state.context.world, path, hit)
+        {
+            return;
+        }
+        let is_looking = WATCHED && wave.is_looking;
+        let (mattes, coated) = (&mut wave.mattes.vertices, &mut wave.coated.vertices);
         let goes_on = state.arrive_at(hit.as_ref(), |state, hit, bsdf| {
-            match bsdf.matte(hit.surface.wo) {
-                Some(matte) => {
-                    let throughput = state.trail.throughput;
-                    mattes.add(path, &hit.surface, (&matte, bsdf.frame()), throughput);
-                    None
-                }
-                None => state.scatter(hit, bsdf),
+            let throughput = state.trail.throughput;
+            if let Some(matte) = bsdf.matte(hit.surface.wo) {
+                mattes.add(path, &hit.surface, (&matte, bsdf.frame()), throughput);
+                return None;
             }
+            if let Some(lobes) = bsdf.coated().filter(|_| !is_looking) {
+                coated.begin(path, &hit.surface, (&lobes, bsdf.frame()), throughput);
+                return None;
+            }
+            state.scatter(hit, bsdf)
         });
-        wave.trails[path as usize] = state.trail;
+        wave.paths.trails[path as usize] = state.trail;
         if goes_on.is_some() {
-            wave.walking.push(path);
+            wave.paths.walking.push(path);
         }
     }
 
-    /// Emitter sampling at all matte surfaces.
-    fn sample_lights(&mut self, wave: &mut Wave) {
+    /// Emitter sampling at all vertices of a kind.
+    fn sample_lights<S: Scatterer>(&mut self, lot: &mut Lot<S>, paths: &mut Paths) {
         let selector = &self.bundle.lights.selector;
         for light in 0..selector.sample_all_count().unwrap_or(0) {
-            for i in 0..wave.mattes.count() {
-                if wave.samples_all(self.bundle.lights, i) {
-                    self.sample_light(wave, i, (LightId(light), 1.0));
+            for i in 0..lot.vertices.count() {
+                if paths.samples_all(self.bundle.lights, lot.vertices.path(i)) {
+                    self.sample_light(lot, paths, i, (LightId(light), 1.0));
                 }
             }
-            self.light(wave);
+            self.light(&mut lot.lamps, paths);
         }
-        for i in 0..wave.mattes.count() {
-            if wave.samples_all(self.bundle.lights, i) {
+        for i in 0..lot.vertices.count() {
+            let path = lot.vertices.path(i);
+            if paths.samples_all(self.bundle.lights, path) {
                 continue;
             }
-            let path = wave.mattes.path(i);
             let stream = &mut *self.bundle.paths[path].stream;
             let choice = stream.next_1d_if(selector.chooses());
-            let from = wave.mattes.from(i, wave.trails[path].ray.time);
+            let from = lot.vertices.from(i, paths.trails[path].ray.time);
             match selector.sample(&from, choice) {
-                Some(chosen) => self.sample_light(wave, i, chosen),
+                Some(chosen) => self.sample_light(lot, paths, i, chosen),
                 None => stream.skip_2d(),
             }
         }
-        self.light(wave);
+        self.light(&mut lot.lamps, paths);
     }
 
     /// Samples one light at a vertex.
     #[inline(always)]
-    fn sample_light(&mut self, wave: &mut Wave, i: usize, chosen: (LightId, f32)) {
-        let path = wave.mattes.path(i);
+    fn sample_light<S: Scatterer>(
+        &mut self,
+        lot: &mut Lot<S>,
+        paths: &mut Paths,
+        i: usize,
+        chosen: (LightId, f32),
+    ) {
+        let path = lot.vertices.path(i);
         let u = self.bundle.paths[path].stream.next_2d();
-        let trail = &wave.trails[path];
-        let vertex = wave.mattes.vertex(i, trail.ray.time);
-        if wave.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
+        let trail = &paths.trails[path];
+        let vertex = lot.vertices.vertex(i, trail.ray.time);
+        if lot.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
             let (known, whose) = (
-                (&vertex.from, &vertex.matte),
+                (&vertex.from, &vertex.scatterer),
                 (path as u32, trail.throughput),
             );
-            if wave.lamps.keep(chosen, u, known, whose) {
-                self.light(wave);
+            if lot.lamps.keep(chosen, u, known, whose) {
+                self.light(&mut lot.lamps, paths);
             }
         } else {
             let state = self.state(path as u32, *trail, false);
@@ -282,27 +339,31 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
                     from: chosen.0,
                     light: trail.throughput * arriving.weighted(),
                 };
-                if wave.shadows.push(&arriving.shadow, gain) {
-                    self.trace_shadows(wave);
+                if paths.shadows.push(&arriving.shadow, gain) {
+                    self.trace_shadows(paths);
                 }
             }
         }
     }
 
-    /// BSDF sampling at all matte surfaces, and Russian roulette.
-    fn sample_directions(&mut self, wave: &mut Wave) {
-        for i in 0..wave.mattes.count() {
-            let stream = &mut *self.bundle.paths[wave.mattes.path(i)].stream;
-            // Diffuse reflection has no use for a third number.
+    /// BSDF sampling at all vertices of a kind, and Russian roulette.
+    fn sample_directions<S: Scatterer>(
+        &mut self,
+        vertices: &mut Vertices<S, WAVE>,
+        paths: &mut Paths,
+    ) {
+        for i in 0..vertices.count() {
+            let stream = &mut *self.bundle.paths[vertices.path(i)].stream;
+            // Reflection has no use for a third number.
             stream.skip_1d();
-            wave.mattes.set_number(i, stream.next_2d());
+            vertices.set_number(i, stream.next_2d());
         }
-        wave.mattes.sample();
-        for i in 0..wave.mattes.count() {
-            let path = wave.mattes.path(i);
-            let all_lights = wave.samples_all(self.bundle.lights, i);
-            let trail = &mut wave.trails[path];
-            let Some(next) = wave.mattes.next(i) else {
+        vertices.sample();
+        for i in 0..vertices.count() {
+            let path = vertices.path(i);
+            let all_lights = paths.samples_all(self.bundle.lights, path);
+            let trail = &mut paths.trails[path];
+            let Some(next) = vertices.next(i) else {
                 continue;
             };
             trail.specular_only = false;
@@ -312,7 +373,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             trail.throughput = next.throughput;
             let time = trail.ray.time;
             trail.mis = MisState::Sampled(Sampled {
-                from: wave.mattes.from(i, time),
+                from: vertices.from(i, time),
                 pdf: next.pdf,
                 all_lights,
             });
@@ -320,17 +381,17 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             let stream = &mut *self.bundle.paths[path].stream;
             let goes_on = trail.russian_roulette(self.path.rr_threshold, || stream.next_1d());
             if goes_on.is_some() {
-                wave.walking.push(path as u32);
+                paths.walking.push(path as u32);
             }
         }
     }
 
     /// Computes the light that waits, but for what blocks it.
-    fn light(&mut self, wave: &mut Wave) {
+    fn light<S: Scatterer>(&mut self, lamps: &mut Lamps<S>, waiting: &mut Paths) {
         let world = self.bundle.world;
-        let (trails, paths) = (&mut wave.trails, &mut *self.bundle.paths);
-        let shadows = &mut wave.shadows;
-        wave.lamps.light(world, |shadow, gain| {
+        let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
+        let shadows = &mut waiting.shadows;
+        lamps.light(world, |shadow, gain| {
             if shadows.push(shadow, gain) {
                 shadows.trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
             }
@@ -338,10 +399,11 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     }
 
     /// Adds the light that nothing blocks.
-    fn trace_shadows(&mut self, wave: &mut Wave) {
+    fn trace_shadows(&mut self, waiting: &mut Paths) {
         let world = self.bundle.world;
-        let (trails, paths) = (&mut wave.trails, &mut *self.bundle.paths);
-        wave.shadows
+        let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
+        waiting
+            .shadows
             .trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
     }
 
@@ -360,9 +422,10 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
 }
 
 impl Wave {
-    /// Takes up a hit if it is of a flat triangle that is matte everywhere and emits nothing.
+    /// Takes up a hit if it is of a flat triangle that is matte everywhere, or of a smooth one that is [coated](Coated) alike everywhere,
+    /// and emits nothing.
     #[inline(always)]
-    fn add_flat<const WATCHED: bool>(
+    fn add_triangle<const WATCHED: bool>(
         &mut self,
         world: &World,
         path: u32,
@@ -371,34 +434,99 @@ impl Wave {
         let Some(found) = found else {
             return false;
         };
-        let Some(triangle) = world.geometry.flat(found) else {
+        let Some(triangle) = world.geometry.bare_triangle(found) else {
             return false;
         };
-        let attributes = triangle.attributes();
-        let (None, Some(reflectance)) = (
-            attributes.light,
-            world.even_reflectance(attributes.material),
-        ) else {
+        match triangle.attributes().light {
+            None if triangle.is_flat() => self.add_flat::<WATCHED>(world, path, (&triangle, found)),
+            None => self.add_smooth::<WATCHED>(world, path, &triangle),
+            Some(_) => false,
+        }
+    }
+
+    #[inline(always)]
+    fn add_flat<const WATCHED: bool>(
+        &mut self,
+        world: &World,
+        path: u32,
+        (triangle, found): (&BareTriangle, &ClosestHit),
+    ) -> bool {
+        let Some(reflectance) = world.even_reflectance(triangle.attributes().material) else {
             return false;
         };
-        let trail = &self.trails[path as usize];
+        let trail = &self.paths.trails[path as usize];
         // Beyond the last depth only emission is seen.
         if trail.depth < trail.max_depth {
-            let i = self.mattes.count();
-            self.mattes.add_flat(path, reflectance, trail.throughput);
-            self.flats.set(i, &trail.ray, (&triangle, found));
+            let i = self.mattes.vertices.count();
+            let vertices = &mut self.mattes.vertices;
+            vertices.add_flat(path, reflectance, trail.throughput);
+            self.flats.set(i, &trail.ray, (triangle, found));
             if WATCHED && self.is_looking {
-                self.flats.note(i, &triangle);
+                self.flats.note(i, triangle);
             }
         }
         true
     }
 
-    /// Returns `true` if every light is sampled at this vertex.
     #[inline(always)]
-    fn samples_all(&self, lights: &Lights, i: usize) -> bool {
-        let trail = &self.trails[self.mattes.path(i)];
-        trail.sample_all_count(lights).is_some()
+    fn add_smooth<const WATCHED: bool>(
+        &mut self,
+        world: &World,
+        path: u32,
+        triangle: &BareTriangle,
+    ) -> bool {
+        if WATCHED && self.is_looking {
+            return false;
+        }
+        let Some(lobes) = world.even_coat(triangle.attributes().material) else {
+            return false;
+        };
+        let trail = &self.paths.trails[path as usize];
+        if trail.depth < trail.max_depth {
+            let vertices = &mut self.coated.vertices;
+            self.smooth.set(vertices.count(), &trail.ray, triangle);
+            vertices.add_smooth(path, lobes, trail.throughput);
+        }
+        true
+    }
+
+    /// Finds where on smooth triangles the hits are.
+    fn resolve_smooth(&mut self) {
+        self.smooth.resolve(self.coated.vertices.count());
+        self.coated.vertices.place_smooth(&self.smooth);
+    }
+
+    /// Takes up a hit if it is of a surface that is [coated](Coated) alike everywhere and emits nothing.
+    #[inline(always)]
+    fn add_coated<const WATCHED: bool>(
+        &mut self,
+        world: &World,
+        path: u32,
+        hit: &GeometryHit,
+    ) -> bool {
+        if hit.light.is_some() || (WATCHED && self.is_looking) {
+            return false;
+        }
+        let Some(lobes) = world.even_coat(hit.material) else {
+            return false;
+        };
+        let trail = &self.paths.trails[path as usize];
+        if trail.depth < trail.max_depth {
+            let surface = &hit.surface;
+            let shading = &surface.shading;
+            let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+            let vertices = &mut self.coated.vertices;
+            vertices.begin(path, surface, (lobes, &frame), trail.throughput);
+        }
+        true
+    }
+}
+
+impl Paths {
+    /// Is every light sampled at the vertex that this path is at?
+    #[inline(always)]
+    fn samples_all(&self, lights: &Lights, path: usize) -> bool {
+        self.trails[path].sample_all_count(lights).is_some()
     }
 }
 

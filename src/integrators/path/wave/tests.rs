@@ -1,7 +1,11 @@
 use super::super::testing::{OUTDOORS, ROOM_WITH_LAMPS, job};
 use super::*;
 use crate::accel::GeometryHit;
-use crate::bsdf::Bsdf;
+use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::lambertian::LambertianReflection;
+use crate::bsdf::microfacet::MicrofacetReflection;
+use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
+use crate::bsdf::{Bsdf, CoatedLobes, Lobe};
 use crate::cameras::{CameraRay, CameraSample};
 use crate::film::{Layer, LayerSet};
 use crate::integrators::witness::Watch;
@@ -167,11 +171,11 @@ fn layers_see_the_same_in_a_wave_as_by_itself() {
     }
 }
 
-/// Hits of flat triangles by rays from all over the place.
-fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryHit)>) {
-    let number = |k: u64| unit_float(mix2(seed, k));
-    let vector = |k: u64| Vec3::new(number(k), number(k + 1), number(k + 2));
-    let rays = (0..).map(|k| {
+/// Rays from all over the place.
+fn rays(seed: u64) -> impl Iterator<Item = Ray> {
+    let number = move |k: u64| unit_float(mix2(seed, k));
+    let vector = move |k: u64| Vec3::new(number(k), number(k + 1), number(k + 2));
+    (0..).map(move |k| {
         let (mut o, mut d) = (
             6.0 * vector(6 * k + 3) - Vec3::splat(3.0),
             2.0 * vector(6 * k) - Vec3::ONE,
@@ -181,9 +185,13 @@ fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryH
             (o.y, d.y) = (-3.99, -0.004);
         }
         Ray::new(o, d.normalize_or(Vec3::Z), 0.0)
-    });
+    })
+}
+
+/// Hits of flat triangles by them.
+fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryHit)>) {
     let (mut flats, mut hits) = (FlatHits::default(), Vec::new());
-    for ray in rays {
+    for ray in rays(seed) {
         let mut found = [None];
         job.world.closest(std::slice::from_ref(&ray), &mut found);
         if let Some(found) = found[0]
@@ -198,6 +206,59 @@ fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryH
         }
     }
     (flats, hits)
+}
+
+#[test]
+fn all_instructions_find_the_same_points_of_smooth_triangles() {
+    let job = job(ROOM_WITH_LAMPS);
+    let (mut smooth, mut hits) = (SmoothHits::<WAVE>::default(), Vec::new());
+    for ray in rays(7) {
+        let mut found = [None];
+        job.world.closest(std::slice::from_ref(&ray), &mut found);
+        if let Some(found) = found[0]
+            && let Some(triangle) = job.world.geometry.bare_triangle(&found)
+            && !triangle.is_flat()
+        {
+            smooth.set(hits.len(), &ray, &triangle);
+            hits.push(job.world.surface(&ray, &found).expect("a hit").surface);
+            if hits.len() == WAVE {
+                break;
+            }
+        }
+    }
+    for set in InstructionSet::available() {
+        smooth.resolve_with(set, WAVE);
+        let mut vertices = Vertices::<Coated, WAVE>::default();
+        for i in 0..WAVE as u32 {
+            vertices.add_smooth(i, &lobes(), Rgb::ONE);
+        }
+        vertices.place_smooth_with(set, &smooth);
+        vertices.finish_with(set);
+        for (i, hit) in hits.iter().enumerate() {
+            let found = smooth.point(i);
+            let found = [found.p, found.p_error, found.n, found.shading_n, found.wo];
+            let expected = [hit.p, hit.p_error, hit.n, hit.shading.n, hit.wo];
+            assert_eq!(bits(&found), bits(&expected));
+            let mut bsdf = Bsdf::new(hit.n, &hit.shading);
+            bsdf.add(diffuse(Rgb::ONE));
+            let from = vertices.from(i, 0.0);
+            assert_eq!(bits(&[from.p, from.n]), bits(&[hit.p, hit.n]));
+            assert_eq!(from.receiver_side, bsdf.receiver_side(hit.wo));
+        }
+    }
+}
+
+/// Of plastic.
+fn lobes() -> CoatedLobes {
+    let coat = Lobe::MicrofacetReflection(MicrofacetReflection {
+        reflectance: Rgb::splat(0.3),
+        distribution: TrowbridgeReitz::new(0.1, 0.3),
+        fresnel: Fresnel::Dielectric {
+            eta_i: 1.5,
+            eta_t: 1.0,
+        },
+    });
+    CoatedLobes::of(&[diffuse(Rgb::splat(0.5)), coat]).expect("both lobes")
 }
 
 #[test]
@@ -233,7 +294,7 @@ fn all_instructions_find_the_same_points_and_directions() {
         let (mut flats, hits) = flat_hits(&job, seed);
         for set in InstructionSet::available() {
             flats.resolve_with(set, WAVE);
-            let mut mattes = Mattes::<WAVE>::default();
+            let mut mattes = Vertices::<Matte, WAVE>::default();
             let reflectance = |i: usize| Rgb::new(0.1, 0.9, i as f32 / WAVE as f32);
             for i in 0..WAVE {
                 mattes.add_flat(i as u32, reflectance(i), Rgb::splat(0.7));
@@ -258,7 +319,8 @@ fn all_instructions_find_the_same_points_and_directions() {
                 let next = mattes.next(i);
                 let found =
                     next.map(|next| [next.throughput, next.o, next.d, Rgb::splat(next.pdf)]);
-                let expected = step(hit, reflectance(i), number(seed, i));
+                let bsdf = bsdf(hit, &[diffuse(reflectance(i))]);
+                let expected = step(hit, &bsdf, number(seed, i));
                 assert_eq!(
                     found.map(|found| bits(&found)),
                     expected.map(|next| bits(&next))
@@ -279,12 +341,65 @@ fn number(seed: u64, i: usize) -> Vec2 {
     }
 }
 
-/// Throughput, ray and density after BSDF sampling at a matte surface, by itself.
-fn step(hit: &GeometryHit, reflectance: Rgb, u: Vec2) -> Option<[Rgb; 4]> {
+#[test]
+fn all_instructions_find_the_same_directions_at_coated_surfaces() {
+    let (mut gone_on, mut ended) = (0, 0);
+    for (text, seed) in [ROOM_WITH_LAMPS, OUTDOORS].into_iter().zip(2..) {
+        let hits = flat_hits(&job(text), seed).1;
+        let color = |i: usize| Rgb::new(0.1, 0.9, i as f32 / WAVE as f32);
+        let coat = |i: usize| {
+            Lobe::MicrofacetReflection(MicrofacetReflection {
+                reflectance: color(WAVE - i),
+                distribution: TrowbridgeReitz::new(0.01 * i as f32, 0.3),
+                fresnel: Fresnel::Dielectric {
+                    eta_i: 1.5,
+                    eta_t: 1.0,
+                },
+            })
+        };
+        let bsdfs = hits.iter().zip(0..);
+        let bsdfs: Vec<Bsdf> = bsdfs
+            .map(|((_, hit), i)| bsdf(hit, &[diffuse(color(i)), coat(i)]))
+            .collect();
+        for set in InstructionSet::available() {
+            let mut vertices = Vertices::<Coated, WAVE>::default();
+            for (i, ((_, hit), bsdf)) in hits.iter().zip(&bsdfs).enumerate() {
+                let lobes = bsdf.coated().expect("both lobes");
+                let known = (&lobes, bsdf.frame());
+                vertices.begin(i as u32, &hit.surface, known, Rgb::splat(0.7));
+                vertices.set_number(i, number(seed, i));
+            }
+            vertices.finish_with(set);
+            vertices.sample_with(set);
+            for (i, ((_, hit), bsdf)) in hits.iter().zip(&bsdfs).enumerate() {
+                let next = vertices.next(i);
+                let found =
+                    next.map(|next| [next.throughput, next.o, next.d, Rgb::splat(next.pdf)]);
+                let expected = step(hit, bsdf, number(seed, i));
+                assert_eq!(
+                    found.map(|found| bits(&found)),
+                    expected.map(|next| bits(&next))
+                );
+                gone_on += usize::from(expected.is_some());
+                ended += usize::from(expected.is_none());
+            }
+        }
+    }
+    assert!(gone_on > WAVE && ended > 0, "{gone_on} {ended}");
+}
+
+fn diffuse(reflectance: Rgb) -> Lobe<'static> {
+    Lobe::LambertianReflection(LambertianReflection { reflectance })
+}
+
+fn bsdf(hit: &GeometryHit, lobes: &[Lobe<'static>]) -> Bsdf<'static> {
     let mut bsdf = Bsdf::new(hit.surface.n, &hit.surface.shading);
-    bsdf.add(crate::bsdf::Lobe::LambertianReflection(
-        crate::bsdf::lambertian::LambertianReflection { reflectance },
-    ));
+    lobes.iter().for_each(|&lobe| bsdf.add(lobe));
+    bsdf
+}
+
+/// Throughput, ray and density after BSDF sampling, by itself.
+fn step(hit: &GeometryHit, bsdf: &Bsdf, u: Vec2) -> Option<[Rgb; 4]> {
     let sample = bsdf.sample(hit.surface.wo, 0.0, u)?;
     let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
     let throughput = Rgb::splat(0.7) * (sample.f * (cosine / sample.pdf));
