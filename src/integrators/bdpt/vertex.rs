@@ -27,14 +27,14 @@ pub(super) enum Vertex<'a> {
     Medium(MediumVertex),
 }
 
-/// What scattering does to a subpath that arrives along `wo` and goes on along `wi`.
+/// What scattering does to a subpath that arrives along `wo` and continues along `wi`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered {
     /// The BSDF or phase function, times the cosine that the subpath's throughput takes up.
     pub value: Rgb,
-    /// Density per solid angle with which the subpath goes on along `wi`.
+    /// Density per solid angle with which the subpath continues along `wi`.
     pub forward: f32,
-    /// Density per solid angle with which a subpath that arrives along `wi` goes on along `wo`.
+    /// Density per solid angle with which a subpath that arrives along `wi` continues along `wo`.
     pub reverse: f32,
 }
 
