@@ -1,6 +1,6 @@
 //! Writes `docs/generated/efficiency.md`: the time to equal error of `bdpt` against pbrt-v3's own, for every scene of the census.
 //!
-//! `cargo run --release --example census_efficiency` renders the scenes of `tests/scenes/census/pbrt.txt`, which holds pbrt-v3's
+//! `cargo run --release --features studies --example census_efficiency` renders the scenes of `tests/scenes/census/pbrt.txt`, which holds pbrt-v3's
 //! figures, with 16 seeds each: some ten minutes of one processor. Arguments, in any order: another number of seeds; `sobol`,
 //! which adds a column with samples of that sampler instead of the scene's; and parts of names, for these scenes alone,
 //! which are then printed and not written.
@@ -30,7 +30,7 @@ const GOALS: [f64; 2] = [4.0, 8.0];
 
 const HEAD: &str = "# Efficiency of `bdpt`: measured
 
-Written by `cargo run --release --example census_efficiency`, not by hand. [Light paths](../notes/light-paths.md#measured) says where the
+Written by `cargo run --release --features studies --example census_efficiency`, not by hand. [Light paths](../notes/light-paths.md#measured) says where the
 error and the time are.
 
 Seconds of processor time × mean squared relative error of an image: pbrt-v3's over fstop's, in the scenes of the census with `Integrator \"bdpt\"`

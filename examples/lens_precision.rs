@@ -1,7 +1,7 @@
 //! Writes `docs/generated/lens-precision.md`: how far single precision is from the truth, for every lens in
 //! `tests/golden` and for single surfaces.
 //!
-//! `cargo run --release --example lens_precision`
+//! `cargo run --release --features studies --example lens_precision`
 
 #![allow(
     clippy::unwrap_used,
@@ -229,7 +229,7 @@ fn center_form(ray: &LensRay<f32>, radius: f32) -> Option<[f32; 3]> {
 
 const INTRODUCTION: &str = "# Single precision against the truth
 
-Written by `cargo run --release --example lens_precision`. Rays from the film at infinity focus, traced in f32 lanes (which have
+Written by `cargo run --release --features studies --example lens_precision`. Rays from the film at infinity focus, traced in f32 lanes (which have
 the bits of f32 alone). Truth: the rays of `tests/golden`, computed with 50 digits, whose start is rounded to f32
 here; and 100 000 rays over the whole image circle and pupil in f64, which agrees with the former to 1e-11 mm, from
 the same rounded start. `Where` is the distance between the rays at the first surface; `in the

@@ -2,7 +2,7 @@
 //! rendering take:
 //!
 //! ```text
-//! cargo run --release --example make_big_ply -- DIR [MILLIONS OF TRIANGLES, default 10]
+//! cargo run --release --features studies --example make_big_ply -- DIR [MILLIONS OF TRIANGLES, default 10]
 //! /usr/bin/time -v fstop render DIR/big.pbrt -o DIR/big.exr
 //! ```
 //!

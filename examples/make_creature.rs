@@ -1,7 +1,7 @@
 //! Writes `scenes/creature/creature.ply`: a smooth, knobbly animal of 30,000 triangles, the mesh of
 //! the speed scene. A cube's faces are blown up to a sphere and pushed out along smooth lobes.
 //!
-//! `cargo run --release --example make_creature`
+//! `cargo run --release --features studies --example make_creature`
 
 #![allow(
     clippy::unwrap_used,

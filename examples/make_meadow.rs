@@ -1,7 +1,7 @@
 //! Writes the outdoor scene of `benches/peer`: hilly ground, two kinds of trees and a stone, each
 //! instanced hundreds of times and textured, under an image of the sky. Too large to keep, so it is made anew.
 //!
-//! `cargo run --release --example make_meadow -- FOLDER`
+//! `cargo run --release --features studies --example make_meadow -- FOLDER`
 
 #![allow(
     clippy::unwrap_used,
@@ -239,7 +239,7 @@ fn leaves() -> Mesh {
 }
 
 const HEAD: &str = "\
-# Made by `cargo run --release --example make_meadow`: textured instances under an image of the sky.
+# Made by `cargo run --release --features studies --example make_meadow`: textured instances under an image of the sky.
 LookAt 0 4.5 -24   0 2.2 0   0 1 0
 Camera \"perspective\" \"float fov\" [ 42 ]
 Film \"image\" \"integer xresolution\" [ 400 ] \"integer yresolution\" [ 250 ]

@@ -1,8 +1,8 @@
 //! Measures how well one of 10,000 lights is chosen: variance times processor time for the strategies
 //! `uniform`, `power` and `spatial` in three scenes made here.
 //!
-//! `cargo run --release --example many_lights` writes `docs/generated/light-choice.md`;
-//! `cargo run --release --example many_lights -- FOLDER` writes the scenes there instead;
+//! `cargo run --release --features studies --example many_lights` writes `docs/generated/light-choice.md`;
+//! `cargo run --release --features studies --example many_lights -- FOLDER` writes the scenes there instead;
 //! `-- build COUNT` measures the making of the choice alone, for so many lights.
 
 #![allow(
@@ -33,7 +33,7 @@ const STRATEGIES: [&str; 3] = ["uniform", "power", "spatial"];
 
 const HEAD: &str = "# Choosing one of 10,000 lights: measured
 
-Written by `cargo run --release --example many_lights`, not by hand. [Choosing lights](../light-choice.md) says what is measured,
+Written by `cargo run --release --features studies --example many_lights`, not by hand. [Choosing lights](../light-choice.md) says what is measured,
 and how.
 
 | scene | strategy | mean | variance of a sample | µs a sample | gain over uniform |

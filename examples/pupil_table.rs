@@ -1,5 +1,5 @@
 //! Measures what part of the sampled rays passes a lens, for four ways of aiming at the exit pupil,
-//! and writes `docs/generated/pupil.md`: `cargo run --release --example pupil_table`.
+//! and writes `docs/generated/pupil.md`: `cargo run --release --features studies --example pupil_table`.
 //!
 //! The lenses, their film planes and image circles are those of `tests/golden`. With lens names as
 //! arguments only those are measured, and nothing is written.
@@ -47,7 +47,7 @@ const RAYS: u32 = 1 << 16;
 
 const HEAD: &str = "# The exit pupil: measured
 
-Written by `cargo run --release --example pupil_table`, not by hand. [The exit pupil](../pupil.md) says what is measured, and how.
+Written by `cargo run --release --features studies --example pupil_table`, not by hand. [The exit pupil](../pupil.md) says what is measured, and how.
 
 ";
 

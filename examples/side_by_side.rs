@@ -4,7 +4,7 @@
 //! for lens in dgauss wide telephoto fisheye; do
 //!     cargo run --release -- render scenes/course/$lens.pbrt --spp 256 -o /tmp/$lens.png
 //! done
-//! cargo run --release --example side_by_side -- \
+//! cargo run --release --features studies --example side_by_side -- \
 //!     /tmp/dgauss.png /tmp/wide.png /tmp/telephoto.png /tmp/fisheye.png docs/course.png
 //! ```
 

@@ -35,7 +35,7 @@ scenes=("$@")
 [ ${#scenes[@]} -gt 0 ] || scenes=(creature cornell dgauss meadow copper glass media lamps textures room)
 target=${CARGO_TARGET_DIR:-$PWD/target}
 
-cargo build --release --locked --quiet --bin fstop --example peer_error --example make_meadow
+cargo build --release --locked --quiet --features studies --bin fstop --example peer_error --example make_meadow
 fstop=$target/release/fstop
 peer_error=$target/release/examples/peer_error
 

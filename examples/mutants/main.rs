@@ -1,6 +1,6 @@
 //! A test of the test: does a small suite find bugs that are known to be there?
 //!
-//! `cargo run --release --example mutants` copies the sources, puts the bugs of `bugs.toml` into them, all at once, each switched on by
+//! `cargo run --release --features studies --example mutants` copies the sources, puts the bugs of `bugs.toml` into them, all at once, each switched on by
 //! a number in the environment (mutant schemata: R. Untch, A. Offutt and M. Harrold, "Mutation analysis using mutant schemata",
 //! ISSTA 1993), builds that once, and runs the suite below for each bug, with a seed of its own. Writes `docs/generated/mutants.md`.
 //! An argument is a folder for the copy, its build and what was found so far: a run that was interrupted goes on.
@@ -542,7 +542,7 @@ fn page(clean: &[Seen], rows: &[(String, f64, Seen)]) -> String {
         .filter(|(_, share, _)| *share >= CHANGE.1)
         .collect();
     let mut page = format!(
-        "# Known bugs, and who finds them\n\nWritten by `cargo run --release --example mutants`: {} bugs in shading and sampling \
+        "# Known bugs, and who finds them\n\nWritten by `cargo run --release --features studies --example mutants`: {} bugs in shading and sampling \
          (`examples/mutants/bugs.toml`), of which {} change the light by 1 % or more on 5 % of the pixels of a scene or more. {} scenes \
          at {SPP} samples, references of four runs, a seed for each bug. The tuned thresholds are those of {CLEAN} runs \
          without a bug, with which they raise no alarm.\n\n| rule | found, of {} | alarms in {CLEAN} runs without a bug |\n|---|--:|--:|\n",

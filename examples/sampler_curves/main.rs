@@ -1,7 +1,7 @@
 //! Writes `docs/generated/samplers.md` and its figure: mean squared error against samples per pixel, for every
 //! sampler on five scenes.
 //!
-//! `cargo run --release --example sampler_curves` takes about five minutes of a processor.
+//! `cargo run --release --features studies --example sampler_curves` takes about five minutes of a processor.
 //!
 //! Each scene has a long reference of other random numbers, rendered in two halves whose difference tells its
 //! own error, which is taken off. Every point is the mean of [`PICTURES`] images.
@@ -51,7 +51,7 @@ const FIT_FROM: u32 = 4;
 
 const HEAD: &str = "# Samplers: measured
 
-Written by `cargo run --release --example sampler_curves`, not by hand. [Samplers](../samplers.md) says what is measured, and
+Written by `cargo run --release --features studies --example sampler_curves`, not by hand. [Samplers](../samplers.md) says what is measured, and
 how.
 
 ## Names

@@ -1,7 +1,7 @@
 //! Writes `docs/generated/confidence.md`: how often images that `--error 20% --confidence 95%` ends are as good as it says, and
 //! whether their intervals hold the truth.
 //!
-//! `cargo run --release --example sure_errors` renders 40 scenes of `tests/scenes/census` with 16 × 16 pixels, 200 seeds each,
+//! `cargo run --release --features studies --example sure_errors` renders 40 scenes of `tests/scenes/census` with 16 × 16 pixels, 200 seeds each,
 //! with and without the confidence: an hour of two processors. The argument is another number of seeds.
 
 #![allow(
@@ -41,7 +41,7 @@ const REFERENCE: u32 = 1 << 12;
 
 const HEAD: &str = "# Confidence: measured
 
-Written by `cargo run --release --example sure_errors`, not by hand. [Samplers](../samplers.md#how-sure-an-error-is) says what is
+Written by `cargo run --release --features studies --example sure_errors`, not by hand. [Samplers](../samplers.md#how-sure-an-error-is) says what is
 measured, and how.
 
 40 scenes of `tests/scenes/census`, 16 × 16 pixels, Sobol's points; `--error 20%`, at most 256 samples a pixel.

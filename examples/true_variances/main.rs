@@ -1,6 +1,6 @@
 //! Writes `docs/generated/variances.md` and `variances_power.md`: whether the variances of `render --variance` are true, and what they cost.
 //!
-//! `cargo run --release --example true_variances` renders 400 images in two halves and 400 of one set for every sampler on
+//! `cargo run --release --features studies --example true_variances` renders 400 images in two halves and 400 of one set for every sampler on
 //! the scenes of `examples/sampler_curves` and on the Cornell box, and 200 pairs of the whole Cornell box: hours of a
 //! processor. Arguments: other numbers of images and of pairs; 0 leaves the page as it is.
 //!
@@ -37,7 +37,7 @@ const SIDES: [u32; 4] = [1, 4, 8, 16];
 
 const HEAD: &str = "# Variances: measured
 
-Written by `cargo run --release --example true_variances`, not by hand. [Comparing renders](../compare.md#true-variances) says
+Written by `cargo run --release --features studies --example true_variances`, not by hand. [Comparing renders](../compare.md#true-variances) says
 what is measured, and how.
 
 ";

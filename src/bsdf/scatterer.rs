@@ -32,7 +32,7 @@ pub(crate) trait Scatterer: Copy {
         (f * wi.dot(self.shading_normal()).abs(), pdf)
     }
 
-    /// What the throughput of a path is multiplied by that goes on along a sample.
+    /// What the throughput of a path is multiplied by that continues along a sample.
     #[inline(always)]
     fn weight(&self, sample: &ScattererSample) -> Rgb {
         sample.f * (sample.wi.dot(self.shading_normal()).abs() / sample.pdf)

@@ -21,8 +21,8 @@ use std::path::Path;
 /// False-alarm rate of one scene.
 const ALPHA: f64 = 1e-4;
 
-/// Samples in an image at most, all pixels and runs together: about half a second each on one core.
-const SAMPLES: f64 = if cfg!(debug_assertions) { 1e5 } else { 4e5 };
+/// Samples in an image at most, all pixels and runs together: about a quarter of a second each on one core.
+const SAMPLES: f64 = if cfg!(debug_assertions) { 1e5 } else { 2e5 };
 
 /// A Markov chain's neighboring pixels vary together: the variance of a block of 8 × 8 is up to this many times that of
 /// independent ones (4 to 8, from the scatter of the chains).

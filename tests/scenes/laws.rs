@@ -20,7 +20,7 @@ pub(crate) const SIGMAS: f64 = 4.0;
 /// `expected`, but for noise and single precision. What holds for paths from the camera holds for bidirectional ones: worlds
 /// with `path` or `volpath` are rendered with `bdpt` as well, whose joints of long paths take more time.
 fn check(name: &str, look: &str, integrator: &str, world: &str, expected: f64) {
-    check_by(name, (look, 64), integrator, world, expected);
+    check_by(name, (look, 32), integrator, world, expected);
     let bidirectional = ["\"path\"", "\"volpath\""]
         .into_iter()
         .filter(|path| integrator.contains(path))
@@ -607,7 +607,7 @@ fn light_through_glass_is_scattered_below_a_surface() {
         let text = format!(
             "LookAt 0 1 -1.5  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [30]\n\
              Film \"image\" \"integer xresolution\" [24] \"integer yresolution\" [24]\n\
-             Sampler \"random\" \"integer pixelsamples\" [256]\n\
+             Sampler \"random\" \"integer pixelsamples\" [128]\n\
              Integrator \"bdpt\" \"integer maxdepth\" [9]\nWorldBegin\n\
              LightSource \"point\" \"point from\" [0 1.5 0] \"rgb I\" [5 5 5]\n{ball}\n\
              AttributeBegin {material} Rotate -90 1 0 0 Shape \"disk\" \"float radius\" [3] AttributeEnd\nWorldEnd\n"
@@ -649,7 +649,7 @@ fn light_and_camera_may_change_places() {
             "LookAt {x} {y} {} {x} {y} {z} 0 1 0\n{media}\n\
              Camera \"orthographic\" \"float screenwindow\" [-{half} {half} -{half} {half}]\n\
              Film \"image\" \"integer xresolution\" [16] \"integer yresolution\" [16]\n\
-             Sampler \"random\" \"integer pixelsamples\" [512]\n\
+             Sampler \"random\" \"integer pixelsamples\" [256]\n\
              Integrator \"bdpt\" \"integer maxdepth\" [8]\nWorldBegin\n{media}\n\
              Material \"matte\" \"rgb Kd\" [.5 .5 .5]\n{}\
              AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n{}AttributeEnd\n{between}\nWorldEnd\n",

@@ -100,6 +100,10 @@ const GLASS_PHOTONS: LeftOut = LeftOut::Within(UVec2::new(38, 55), UVec2::new(53
 /// image that makes 0.3 % (measured for `docs/compatibility.md`).
 const SHADOW_HOLES: f64 = 0.004;
 
+/// How far `mat_kdsubsurface` may be off: pbrt-v3 loses 1.4 % of the red light that comes out of its ball (measured for
+/// `docs/compatibility.md`, "Subsurface light below curved surfaces"). `mat_subsurface` is held to noise alone.
+const LOST_BELOW_A_BALL: f64 = 0.014;
+
 /// What is left out, one for each of the constants above; `docs/compatibility.md` explains each under this heading.
 const REASONS: &[Reason] = &[
     Reason {
@@ -372,7 +376,7 @@ scenes! {
     mat_disney_b,
     mat_glass_rough,
     mat_glass_smooth,
-    mat_kdsubsurface,
+    mat_kdsubsurface { tolerance: LOST_BELOW_A_BALL },
     mat_matte,
     mat_metal_aniso,
     mat_metal_default,

@@ -340,7 +340,7 @@ pub(super) fn wish(params: &ParamReader, point: Option<[f64; 2]>) -> Option<Wish
     })
 }
 
-/// Is it a fraction?
+/// Returns `true` if it is a fraction.
 fn is_part(x: &f64) -> bool {
     (0.0..=1.0).contains(x)
 }

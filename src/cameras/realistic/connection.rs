@@ -72,7 +72,7 @@ pub(in super::super) struct Traced {
 }
 
 impl Realistic {
-    /// Are rays those of the lens?
+    /// `true` if rays are those of the lens.
     pub(in super::super) fn connects(&self) -> bool {
         let exact = self.main.model.kind() == ModelKind::Exact;
         exact && self.spec.compat == Compat::None && self.transform.is_affine()

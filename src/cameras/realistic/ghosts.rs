@@ -56,7 +56,7 @@ pub struct GhostEntry {
 }
 
 impl Realistic {
-    /// Do its surfaces reflect?
+    /// Returns `true` if its surfaces reflect.
     pub(in super::super) fn has_ghosts(&self) -> bool {
         self.main.ghosts.is_some() && self.connects()
     }

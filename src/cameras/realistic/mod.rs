@@ -377,7 +377,7 @@ impl Realistic {
         }
     }
 
-    /// Do the rays of the next pixel in x and of the next in y pass, through the same pupil point?
+    /// Returns `true` if the rays of the next pixel in x and of the next in y pass through the same pupil point.
     fn neighbors_pass(&self, optics: &Optics, film: [f64; 2], pupil: [f64; 3]) -> bool {
         let passes = |film| {
             let from = self.on_flat(film, pupil);

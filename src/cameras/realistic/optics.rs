@@ -119,7 +119,7 @@ impl Optics {
         }
     }
 
-    /// Is it an exit pupil that is sampled?
+    /// Returns `true` if it is an exit pupil that is sampled.
     fn has_pupil(&self) -> bool {
         matches!(self.aim, PupilTarget::Pupil(_)) && self.model.kind() != ModelKind::Thin
     }
@@ -143,7 +143,7 @@ impl Optics {
 /// off by some millionths of its coordinates there, and light would be lost.
 const FINEST_APERTURE: f64 = 1.0 / 262_144.0;
 
-/// Has the lens an aperture too small for rays in single precision?
+/// Returns `true` if the lens has an aperture too small for rays in single precision.
 pub(super) fn is_too_fine(lens: &Lens) -> bool {
     let narrowest = lens.surfaces().iter().map(|s| s.aperture);
     narrowest.fold(f64::INFINITY, f64::min) < FINEST_APERTURE * lens.film_z()

@@ -440,7 +440,7 @@ fn read(params: &ParamReader, name: &str) -> Option<Prescription> {
     }
 }
 
-/// Is the lens focused by real rays?
+/// Returns `true` if the lens is focused by real rays.
 fn is_best(params: &ParamReader) -> bool {
     params.one_of("focus", &["paraxial", "best"]) == "best"
 }

@@ -77,7 +77,7 @@ pub struct RealisticSpec {
     pub stop_shape: Option<StopShape>,
     /// The bands of the spectrum that rays are traced in; none: all at the d line.
     pub bands: Vec<Band>,
-    /// Do surfaces reflect, so that there are ghosts?
+    /// `true` if surfaces reflect, so that there are ghosts.
     pub ghosts: bool,
     /// What is on surfaces between air and glass of which the lens file says nothing.
     pub coating: Option<Coating>,

@@ -2,10 +2,11 @@
 
 use super::autofocus::{Autofocus, LensMaker, Stop, Zone};
 use super::{Compat, Form, PupilTarget, Realistic, RealisticSpec, Weighting};
-use crate::cameras::{CameraSample, Clip, FilmGeometry, Shutter};
+use crate::cameras::{BUNDLE, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{UVec2, Vec2};
+use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, Prescription};
 
@@ -110,6 +111,44 @@ fn point_to_the_neighbors(c: &Realistic) {
         }
     }
     assert!(compared > 3000);
+}
+
+/// The neighbors of rays made side by side are those of rays made alone, whatever the model of the lens.
+#[test]
+fn bundles_have_the_differentials_of_rays_alone() {
+    let film = FilmGeometry {
+        resolution: UVec2::new(400, 300),
+        diagonal_mm: 43.2,
+    };
+    for model in [ModelKind::Exact, ModelKind::Thick, ModelKind::Thin] {
+        let spec = RealisticSpec {
+            model,
+            ..double_gauss()
+        };
+        let c = Realistic::new(&spec, &film, &Transform::IDENTITY).unwrap();
+        let all: Vec<_> = samples(2048, Vec2::ZERO, Vec2::new(400.0, 300.0)).collect();
+        let mut compared = 0;
+        for bundle in all.chunks(BUNDLE) {
+            let rays = c.rays_in_lanes(bundle, true).unwrap();
+            for (sample, ray) in bundle.iter().zip(rays) {
+                let (Some(ray), Some(alone)) = (ray, c.ray(sample, true)) else {
+                    continue;
+                };
+                let steps = |ray: &CameraRay| {
+                    let next = ray.differentials.as_ref().unwrap();
+                    [next.rx_d - ray.ray.d, next.ry_d - ray.ray.d]
+                };
+                for (step, alone) in steps(&ray).into_iter().zip(steps(&alone)) {
+                    // Differences of unit vectors in single precision; a pixel of 90 um is 2e-3.
+                    let off = (step - alone).length();
+                    assert!(off < 1e-6, "{model}: {step} {alone}");
+                    assert!(alone.length() > 1e-3, "{model}: {alone}");
+                }
+                compared += 1;
+            }
+        }
+        assert!(compared > 1000, "{model}: {compared}");
+    }
 }
 
 /// A lens shifted by whole pixels shows at each pixel what one in the middle shows that many pixels on, in either precision, and reaches

@@ -1,13 +1,13 @@
-//! The false-alarm rate is as claimed, over 1,000 pairs of renders with the same expectation.
+//! The false-alarm rate is as claimed, over 400 pairs of renders with the same expectation.
 //!
-//! Seeds are fixed: each test passes or fails permanently. Its tolerance is the binomial scatter of 1,000 pairs, ± 4.75
+//! Seeds are fixed: each test passes or fails permanently. Its tolerance is the binomial scatter of 400 pairs, ± 4.75
 //! standard deviations, which a correct program exceeds once in 10⁶ changes of the seeds.
 
 use super::super::*;
 use super::simulate::{Random, Render, fireflies, mild, skewed};
 use crate::math::UVec2;
 
-const PAIRS: u64 = 1000;
+const PAIRS: u64 = 400;
 
 /// The requested rate; large, so that there are enough alarms to count.
 const ALPHA: f64 = 0.05;

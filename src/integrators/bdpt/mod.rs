@@ -12,7 +12,7 @@
 //! | ≥ 2 | 1 | a light path is joined to the lens: the light pass | [`splat`] |
 //!
 //! The last row is what no path tracer has: the caustics of lights without area. Its paths are shared by all pixels, and are not those
-//! that camera paths are joined to; a picture is the sum of both parts, each unbiased by itself.
+//! that camera paths are joined to; an image is the sum of both parts, each unbiased by itself.
 //!
 //! Subsurface scattering is found by camera paths, but for light that comes to a smooth boundary from a light without area by smooth
 //! glass or mirrors, which light paths alone find.

@@ -17,7 +17,7 @@ const _: () = assert!(first(MAX_DEPTH + 1) == LayerSet::MAX_LIGHTS);
 pub enum Shown {
     /// `visualizestrategies`: what the strategy finds by itself.
     Alone,
-    /// `visualizeweights`: the same times its weight, which all together are the picture.
+    /// `visualizeweights`: the same times its weight, which all together are the image.
     Weighted,
 }
 
@@ -43,7 +43,7 @@ impl Shown {
         Some(shown)
     }
 
-    /// What light counts for in its strategy's image, where it counts for `weighted` in the picture.
+    /// What light counts for in its strategy's image, where it counts for `weighted` in the image.
     pub(super) fn of(self, light: Rgb, weighted: Rgb) -> Rgb {
         match self {
             Shown::Weighted => weighted,

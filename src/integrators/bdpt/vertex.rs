@@ -27,14 +27,14 @@ pub(super) enum Vertex<'a> {
     Medium(MediumVertex),
 }
 
-/// What scattering does to a subpath that arrives along `wo` and goes on along `wi`.
+/// What scattering does to a subpath that arrives along `wo` and continues along `wi`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered {
     /// The BSDF or phase function, times the cosine that the subpath's throughput takes up.
     pub value: Rgb,
-    /// Density per solid angle with which the subpath goes on along `wi`.
+    /// Density per solid angle with which the subpath continues along `wi`.
     pub forward: f32,
-    /// Density per solid angle with which a subpath that arrives along `wi` goes on along `wo`.
+    /// Density per solid angle with which a subpath that arrives along `wi` continues along `wo`.
     pub reverse: f32,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Whether it can be joined to other vertices: not all of its scattering is perfectly specular.
+    /// `true` if it can be joined to other vertices: not all of its scattering is perfectly specular.
     pub(super) fn connects(&self) -> bool {
         match self {
             Vertex::Surface { bsdf, .. } => bsdf.has_non_specular(),

@@ -14,7 +14,7 @@ use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
 use crate::world::World;
 
-/// Scattering events after which Russian roulette decides whether a subpath goes on, as in [`crate::integrators::Path`].
+/// Scattering events after which Russian roulette decides whether a subpath continues, as in [`crate::integrators::Path`].
 const MIN_BOUNCES: u32 = 3;
 
 /// No subpath is ended with less than this probability once roulette applies.
@@ -151,7 +151,7 @@ impl Walk {
         }
     }
 
-    /// The subpath goes on from a point of a medium.
+    /// The subpath continues from a point of a medium.
     pub(super) fn scatter_in_medium(
         &mut self,
         at: &MediumVertex,
@@ -167,7 +167,7 @@ impl Walk {
         self.after_delta = false;
     }
 
-    /// The subpath goes on from a surface as in `sample`. `reverse` is the density per solid angle of the opposite
+    /// The subpath continues from a surface as in `sample`. `reverse` is the density per solid angle of the opposite
     /// direction.
     pub(super) fn scatter_at_surface(
         &mut self,
@@ -194,7 +194,7 @@ impl Walk {
     }
 
     /// Counts a scattering event that has multiplied the throughput by `factor`, apart from what refraction does to
-    /// radiance, and decides whether the subpath goes on.
+    /// radiance, and decides whether the subpath continues.
     pub(super) fn russian_roulette(
         &mut self,
         factor: Rgb,

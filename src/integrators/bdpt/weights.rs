@@ -18,7 +18,7 @@
 //! ```
 //!
 //! where o_n is 1 if the path can be made with n vertices from this side: neither x_{n−1} nor x_n scatters by a delta
-//! distribution. p⃖_i and p⃖_{i−1} depend on where the path goes on from x_i, all before does not: [`History`] keeps
+//! distribution. p⃖_i and p⃖_{i−1} depend on where the path continues from x_i, all before does not: [`History`] keeps
 //! that (as do Georgiev, Křivánek, Davidovič and Slusallek 2012, in the supplement, for other strategies).
 //!
 //! Densities are per area; at a vertex in a medium per volume, without the factor for the distance to it, which is the
@@ -30,7 +30,7 @@
 //!   sample of a pixel is in o₁; o₀ is 0, as no path meets the lens by chance.
 
 /// What the vertices of one side know of the strategies with fewer vertices on that side: those up to x_i, but for what depends
-/// on where the path goes on. In double precision: squares of densities leave the range of single precision.
+/// on where the path continues. In double precision: squares of densities leave the range of single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct History {
     /// p⃗_i.
@@ -75,7 +75,7 @@ impl History {
         }
     }
 
-    /// Whether no strategy has fewer vertices on this side: then A_i is 0 wherever the path goes on.
+    /// `true` if no strategy has fewer vertices on this side: then A_i is 0 wherever the path continues.
     pub(super) fn is_alone(&self) -> bool {
         self.before == 0.0 && self.rest == 0.0
     }

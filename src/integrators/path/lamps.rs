@@ -42,7 +42,7 @@ impl<S: Scatterer> Lamps<S> {
         lamps
     }
 
-    /// Is this light one of them, as seen from here?
+    /// Returns `true` if this light is one of them, as seen from here.
     #[inline(always)]
     pub(super) fn has(&self, world: &World, light: LightId, from: &ReferencePoint) -> bool {
         matches!(self.0.get(light.index()), Some(Some(_)))

@@ -212,7 +212,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         self.arrive_at(hit.as_ref(), |path, hit, bsdf| path.scatter(hit, bsdf))
     }
 
-    /// Where the ray has led; at a surface that scatters, `scatter` goes on.
+    /// Where the ray has led; at a surface that scatters, `scatter` continues.
     #[inline(always)]
     fn arrive_at(
         &mut self,
@@ -278,7 +278,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         self.russian_roulette()
     }
 
-    /// Russian roulette decides whether the path goes on after a scattering event.
+    /// Russian roulette decides whether the path continues after a scattering event.
     #[inline(always)]
     fn russian_roulette(&mut self) -> Option<()> {
         let (threshold, stream) = (self.path.rr_threshold, &mut *self.context.stream);

@@ -523,7 +523,7 @@ impl Wave {
 }
 
 impl Paths {
-    /// Is every light sampled at the vertex that this path is at?
+    /// Returns `true` if every light is sampled at the vertex that this path is at.
     #[inline(always)]
     fn samples_all(&self, lights: &Lights, path: usize) -> bool {
         self.trails[path].sample_all_count(lights).is_some()

@@ -414,7 +414,7 @@ fn rays_bring_the_flux_of_their_light() {
     let mut failed = vec![];
     for case in cases() {
         let mut mean = Mean::default();
-        for i in 0..60_000 {
+        for i in 0..20_000 {
             let emission = case.light.emit(&SCENE, random(i, 2), random(i, 3));
             mean.add(emission.map_or(0.0, |e| total(e.flux())));
         }
@@ -528,8 +528,8 @@ fn directions_follow_their_density() {
             }
         }
         let mut all = 0.0;
-        // 20² points in each bin, each somewhere in its square: edges may run along the grid.
-        let grid = [20 * BINS[0], 20 * BINS[1]];
+        // 14² points in each bin, each somewhere in its square: edges may run along the grid.
+        let grid = [14 * BINS[0], 14 * BINS[1]];
         let each = 4.0 * std::f64::consts::PI / (grid[0] * grid[1]) as f64;
         let normal = if is_area { Vec3::Z } else { Vec3::ZERO };
         let place = place(&case.light);
@@ -545,7 +545,7 @@ fn directions_follow_their_density() {
                 expected[bin(d)] += density * n as f64;
             }
         }
-        // A grid of a fifth of a million points over steps and edges; see above.
+        // A grid of a hundred thousand points over steps and edges; see above.
         check!(failed, (all - 1.0).abs() < 5e-3, "{}: {all}", case.name);
         let (mut rest, mut chi2, mut degrees) = ([0.0; 2], 0.0, 0.0);
         for (o, e) in observed.iter().zip(&expected) {
@@ -715,7 +715,7 @@ fn guides_change_the_noise_alone() {
         };
         guides += 1;
         let mut means: Vec<[Mean; 2]> = targets.iter().map(|_| Default::default()).collect();
-        for i in 0..20_000 {
+        for i in 0..8_000 {
             let (u, v) = (random(i, 32), random(i, 33));
             let guided = guide.emit(light, &SCENE, u, v);
             if let Some(e) = &guided {

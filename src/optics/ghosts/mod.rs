@@ -35,7 +35,7 @@ pub const D_LINE: f64 = 587.5618;
 /// What becomes of the light of a ray, all reflections counted, in the mean of its wavelengths; the sum is 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
-    /// Gets to the film's side without a reflection: the picture.
+    /// Gets to the film's side without a reflection: the image.
     pub transmitted: f64,
     /// After two reflections or more: ghosts.
     pub ghosts: f64,
@@ -128,7 +128,7 @@ impl Ghosts {
         self.on_film(&at)
     }
 
-    /// The same without a reflection: the picture.
+    /// The same without a reflection: the image.
     #[must_use]
     pub fn trace_direct(&self, ray: &LensRay<f64>) -> Option<Arrival> {
         let mut at = self.enter(ray);

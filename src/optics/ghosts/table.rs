@@ -12,9 +12,9 @@ use std::fmt;
 pub struct GhostRow {
     /// Numbers of the two surfaces, from 1 at the scene; light is reflected at the second one first.
     pub surfaces: [usize; 2],
-    /// Its light over that of the lamp's picture.
+    /// Its light over that of the lamp's image.
     pub light: f64,
-    /// Its middle on the film, mm from the axis in the lamp's meridian; that of the lamp's picture is of the other sign than the lamp's angle.
+    /// Its middle on the film, mm from the axis in the lamp's meridian; that of the lamp's image is of the other sign than the lamp's angle.
     pub height: f64,
     /// Diameter of a uniform disk that scatters as far as it does, 2 √2 times the root of the mean square distance from its middle, mm.
     pub diameter: f64,

@@ -205,7 +205,7 @@ fn coatings_take_ghosts_away() {
     );
 }
 
-/// A plane-parallel plate before the film sends its picture back and forth: the ghost is where a plate three times as thick has it.
+/// A plane-parallel plate before the film sends its image back and forth: the ghost is where a plate three times as thick has it.
 #[test]
 fn a_plates_ghost_is_known() {
     let plate = Prescription::parse("inf 4 1.5 40\ninf 10 1 40\n").unwrap();

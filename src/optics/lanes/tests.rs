@@ -4,14 +4,12 @@ use super::*;
 use crate::math::Vec2;
 use crate::math::instruction_set::{InstructionSet, Instructions, Kernel};
 use crate::optics::models::LensModel;
+use crate::optics::models::tests::{FEW, few_rays};
 use crate::optics::pupil::{RINGS, projected_solid_angle};
 use crate::optics::real::Dual;
 use crate::optics::trace::LensTracer;
 use crate::optics::{ExitPupil, Lens, LensRay, Prescription, Surface};
 use proptest::prelude::*;
-
-/// Rays side by side where it does not matter how many: four take the compiler a fraction of what more take.
-const FEW: usize = 4;
 
 const LENSES: [&str; 4] = ["dgauss_50", "canon_uw_14", "petzval_50", "zoom_80_200_wide"];
 
@@ -202,7 +200,7 @@ fn weighted_rays_are_those_made_one_at_a_time() {
             let lane = |k: usize, a: f64, b: f64| Lanes(s.map(|s| (a * s[k] + b) as f32));
             let film = [lane(0, 20.0, -10.0), lane(1, 20.0, -10.0)];
             let u = [lane(2, 1.0, 0.0), lane(3, 1.0, 0.0)];
-            let rays = model.rays(&pupil, &film, &u);
+            let rays = few_rays(&model, &pupil, &film, &u);
             for i in 0..FEW {
                 let at = film.map(|x| f64::from(x.0[i]));
                 let Some(aim) = pupil.sample(at, Vec2::new(u[0].0[i], u[1].0[i])) else {
@@ -295,8 +293,7 @@ fn the_middle_of_the_square_is_the_middle_of_the_pupil() {
     let pupil = ExitPupil::new(&lens, 20.0, RINGS);
     let model = LensModel::exact(&lens, pupil.plane_z());
     let (zero, half) = (Lanes::<FEW>::splat(0.0), Lanes::<FEW>::splat(0.5));
-    let ray = model
-        .rays(&pupil, &[zero; 2], &[half; 2])
+    let ray = few_rays(&model, &pupil, &[zero; 2], &[half; 2])
         .traced
         .get(3)
         .unwrap();

@@ -311,4 +311,4 @@ impl LensModel {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -1,4 +1,4 @@
-//! Whether light paths help a path tracer: its camera paths find all light of lights with an area, but that of a small one through
+//! When light paths help a path tracer: its camera paths find all light of lights with an area, but that of a small one through
 //! glass or off a mirror rarely. Joined by multiple importance sampling the expectation is the same.
 
 use super::{

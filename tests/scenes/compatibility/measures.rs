@@ -262,6 +262,21 @@ pub(super) fn below_a_ball() -> String {
     )
 }
 
+/// What pbrt-v3 loses below the ball of `mat_kdsubsurface`.
+pub(super) fn below_the_ball_of_mat_kdsubsurface() -> String {
+    let table = ProfileTable::new(0.0, 1.33);
+    let (colors, lengths, radius) = ([0.7, 0.4, 0.3], [0.15, 0.1, 0.08], 0.9);
+    let channel = |c: usize| {
+        let row = table.row(table.invert(colors[c]));
+        TabulatedChannel::new(row, lengths[c] / radius, 1e-12)
+    };
+    let profile = Profile::Tabulated([0, 1, 2].map(channel));
+    format!(
+        "{:.1} % of the red light that comes out of the ball of `mat_kdsubsurface`",
+        lost(profile, &table)
+    )
+}
+
 /// The part of the first channel's light, in per cent, that is lost below a ball of radius 1 where the
 /// densities of channels whose probes do not come as far as what is met are counted all the same.
 fn lost(profile: Profile, table: &ProfileTable) -> f64 {

@@ -236,6 +236,7 @@ pub(super) const ROWS: &[Row] = &[
         what: "Subsurface light below curved surfaces",
         much: &[
             Measured(measures::below_a_ball),
+            Measured(measures::below_the_ball_of_mat_kdsubsurface),
             References(&["mat_subsurface", "mat_kdsubsurface"]),
         ],
         held: &[

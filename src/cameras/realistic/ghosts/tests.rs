@@ -142,7 +142,7 @@ fn a_skewed_camera_has_the_ghosts_of_a_straight_one() {
     assert!((a / b - 1.0).abs() < 0.02, "{a} {b}");
 }
 
-/// What surfaces reflect is missing in the picture, and a coating brings it back.
+/// What surfaces reflect is missing in the image, and a coating brings it back.
 #[test]
 fn a_reflecting_lens_is_darker() {
     let bare = reflecting();

@@ -31,7 +31,7 @@ pub(super) struct Vertices<S: Scatterer, const N: usize> {
     next: NextRows<N>,
 }
 
-/// How a path goes on.
+/// How a path continues.
 pub(super) struct Next {
     pub throughput: Rgb,
     pub o: Vec3,
@@ -151,7 +151,7 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         });
     }
 
-    /// How the path goes on, if it does.
+    /// How the path continues, if it does.
     #[inline(always)]
     pub(super) fn next(&self, i: usize) -> Option<Next> {
         let next = &self.next;
