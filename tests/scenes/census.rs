@@ -8,8 +8,8 @@
 //! **False alarms.** [`ALPHA`] bounds the probability for one scene and all its tests together: 0.6 % for all scenes, thrown once for
 //! each change of the program's random numbers.
 //!
-//! **What is found.** With the noise of [`SAMPLES`], a bias of 0.5 % over an image, 1 % over a quarter of it and 2 to 5 %
-//! in the median block of 8 × 8 pixels.
+//! **What is found.** With twice the samples of [`SAMPLES`], a bias of 0.5 % over an image, 1 % over a quarter of it and 2 to 5 %
+//! in the median block of 8 × 8 pixels; with these, at most √2 times as much, as part of the noise is the reference's.
 
 use crate::common::rendering::{Render, explain};
 use fstop::compare::{Estimate, Options, compare};

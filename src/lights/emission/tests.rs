@@ -563,8 +563,8 @@ fn directions_follow_their_density() {
             "{}: {rest:?}",
             case.name
         );
-        // Wilson and Hilferty's quantile of chi-square for one false alarm in a million; expected counts, good to half a
-        // percent, add 2.5e-5 × n at most.
+        // Wilson and Hilferty's quantile of chi-square for one false alarm in a million; expected counts, good to 0.7
+        // percent (as 20² points in a bin are to 0.5), add 5e-5 × n at most: 1.
         let k = 2.0 / (9.0 * degrees);
         let quantile = degrees * (1.0 - k + 4.75 * f64::sqrt(k)).powi(3);
         check!(

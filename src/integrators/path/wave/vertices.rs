@@ -86,6 +86,15 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         self.paths[i] as usize
     }
 
+    /// Adds one, all else of which is set later: its number.
+    #[inline(always)]
+    fn push(&mut self, path: u32, throughput: Rgb) -> usize {
+        let i = self.count();
+        self.paths.push(path);
+        self.throughput.set(i, throughput);
+        i
+    }
+
     /// Adds one on any surface.
     pub(super) fn add(
         &mut self,
@@ -94,9 +103,7 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         (scatterer, frame): (&S, &Frame),
         throughput: Rgb,
     ) {
-        let i = self.count();
-        self.throughput.set(i, throughput);
-        self.paths.push(path);
+        let i = self.push(path, throughput);
         self.p.set(i, surface.p);
         self.p_error.set(i, surface.p_error);
         self.s.set(i, frame.s);
@@ -187,10 +194,8 @@ impl<const N: usize> Vertices<Matte, N> {
     /// Adds one on a flat triangle, which is [placed](Vertices::place) later.
     #[inline(always)]
     pub(super) fn add_flat(&mut self, path: u32, reflectance: Rgb, throughput: Rgb) {
-        let i = self.count();
+        let i = self.push(path, throughput);
         self.scatterers.set_reflectance(i, reflectance);
-        self.throughput.set(i, throughput);
-        self.paths.push(path);
     }
 
     /// Places all that there are where flat triangles are hit.
@@ -242,10 +247,8 @@ impl<const N: usize> Vertices<Coated, N> {
     /// Adds one on a smooth triangle, which is [placed](Vertices::place_smooth) later.
     #[inline(always)]
     pub(super) fn add_smooth(&mut self, path: u32, lobes: &CoatedLobes, throughput: Rgb) {
-        let i = self.count();
+        let i = self.push(path, throughput);
         self.scatterers.set_lobes(i, lobes);
-        self.throughput.set(i, throughput);
-        self.paths.push(path);
     }
 
     /// Places all that there are where smooth triangles are hit.
@@ -277,9 +280,7 @@ impl<const N: usize> Vertices<Coated, N> {
         (lobes, frame): (&CoatedLobes, &Frame),
         throughput: Rgb,
     ) {
-        let i = self.count();
-        self.throughput.set(i, throughput);
-        self.paths.push(path);
+        let i = self.push(path, throughput);
         self.p.set(i, surface.p);
         self.p_error.set(i, surface.p_error);
         self.scatterers.set_lobes(i, lobes);
