@@ -6,6 +6,7 @@
 //! of its own, and may also be part of an object.
 
 mod aabb;
+mod bare;
 mod box_test;
 mod builder;
 mod chunks;
@@ -31,8 +32,9 @@ mod tree;
 mod validate;
 
 pub use aabb::Aabb;
+pub(crate) use bare::{BareHits, BareTriangle};
 pub use collect::GeometryBuilder;
-pub(crate) use flat::{BareTriangle, FlatHits};
+pub(crate) use flat::FlatHits;
 pub use search::ClosestHit;
 pub(crate) use smooth::SmoothHits;
 

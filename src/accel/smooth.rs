@@ -1,6 +1,7 @@
 //! Hits of triangles with normals at their corners, resolved side by side as those of [flat ones](super::flat).
 
-use super::flat::BareTriangle;
+use super::bare::{BareHits, BareTriangle, WHOLE};
+use super::search::ClosestHit;
 use crate::math::Vec3;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
@@ -8,17 +9,12 @@ use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
 use crate::shapes::local::Local;
-use crate::shapes::triangle::{Orientation, Triangle};
-
-/// Loops run over whole vectors of the widest kind.
-const WHOLE: usize = 16;
+use crate::shapes::triangle::Orientation;
 
 /// Where up to `N` rays meet such triangles.
 pub(crate) struct SmoothHits<const N: usize> {
-    corners: [Rows3<N>; 3],
+    pub(crate) bare: BareHits<N>,
     normals: [Rows3<N>; 3],
-    o: Rows3<N>,
-    d: Rows3<N>,
     /// Below 0 where the normal of the corners' order is to be turned, and where interpolated ones are.
     sides: [[f32; N]; 2],
     p: Rows3<N>,
@@ -30,10 +26,8 @@ pub(crate) struct SmoothHits<const N: usize> {
 impl<const N: usize> Default for SmoothHits<N> {
     fn default() -> Self {
         SmoothHits {
-            corners: Default::default(),
+            bare: BareHits::default(),
             normals: Default::default(),
-            o: Rows3::default(),
-            d: Rows3::default(),
             sides: [[0.0; N]; 2],
             p: Rows3::default(),
             p_error: Rows3::default(),
@@ -53,17 +47,14 @@ pub(crate) struct SmoothPoint {
 }
 
 impl<const N: usize> SmoothHits<N> {
-    /// The hit at `i` is that of `ray` with `triangle`, which has normals.
+    /// The hit at `i` is that of `ray` with `triangle`, which has normals and which a search `found`.
     #[inline(always)]
-    pub(crate) fn set(&mut self, i: usize, ray: &Ray, triangle: &BareTriangle) {
-        let mesh = triangle.mesh;
-        for (k, vertex) in mesh.indices[triangle.i].into_iter().enumerate() {
-            let vertex = vertex as usize;
-            self.corners[k].set(i, mesh.positions[vertex]);
-            self.normals[k].set(i, mesh.normals[vertex]);
+    pub(crate) fn set(&mut self, i: usize, ray: &Ray, hit: (&BareTriangle, &ClosestHit)) {
+        self.bare.set(i, ray, hit);
+        let mesh = hit.0.mesh;
+        for (rows, vertex) in self.normals.iter_mut().zip(mesh.indices[hit.0.i]) {
+            rows.set(i, mesh.normals[vertex as usize]);
         }
-        self.o.set(i, ray.o);
-        self.d.set(i, ray.d);
         let side = |turned: bool| if turned { -1.0 } else { 1.0 };
         self.sides[0][i] = side(mesh.orientation.flip_geometric);
         self.sides[1][i] = side(mesh.orientation.flip_shading);
@@ -88,28 +79,22 @@ impl<const N: usize> SmoothHits<N> {
             p_error: self.p_error.get(i),
             n: self.n.get(i),
             shading_n: self.shading_n.get(i),
-            wo: -self.d.get(i),
+            wo: -self.bare.ray(i).d,
         }
     }
 
     #[inline(always)]
     fn compute(&mut self, i: usize) {
         // Written out: `array::map` is not always inlined.
-        let [a, b, c] = &self.corners;
-        let [na, nb, nc] = &self.normals;
+        let [a, b, c] = &self.normals;
         let (a, b, c) = (a.get(i), b.get(i), c.get(i));
-        let (na, nb, nc) = (na.get(i), nb.get(i), nc.get(i));
-        let triangle = Triangle {
-            p: [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()],
-            normals: Some([na.as_dvec3(), nb.as_dvec3(), nc.as_dvec3()]),
-            tangents: None,
-            uv: None,
-            orientation: Orientation {
-                flip_geometric: self.sides[0][i] < 0.0,
-                flip_shading: self.sides[1][i] < 0.0,
-            },
+        let normals = [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()];
+        let orientation = Orientation {
+            flip_geometric: self.sides[0][i] < 0.0,
+            flip_shading: self.sides[1][i] < 0.0,
         };
-        let ray = Ray::new(self.o.get(i), self.d.get(i), 0.0);
+        let triangle = self.bare.triangle(i, Some(normals), orientation);
+        let ray = self.bare.ray(i);
         let point = triangle.smooth_point(ray.o.as_dvec3(), ray.d.as_dvec3());
         let hit = point.hit(&ray);
         self.p.set(i, hit.p);

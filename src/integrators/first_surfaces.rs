@@ -13,6 +13,7 @@ use crate::handles::MaterialId;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::samplers::SampleStream;
+use crate::surface::SurfaceHit;
 use crate::world::World;
 
 /// Mirrors and panes that are followed; a ray that is caught between more has no albedo.
@@ -81,8 +82,7 @@ impl Sight {
             return;
         }
         let surface = &hit.surface;
-        let uv = (surface.dpdu != Vec3::ZERO).then_some(surface.uv);
-        let found = self.find(ray, (&hit.found, hit.material, None), (surface.p, uv));
+        let found = self.find(ray, (&hit.found, hit.material, None), point(surface));
         if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
             return;
         }
@@ -93,18 +93,37 @@ impl Sight {
         }
     }
 
-    /// Meets a matte surface with this shading normal, of which nothing but layers asks for (u, v).
+    /// Meets a surface that is coated alike everywhere.
+    pub(super) fn meet_coated(&mut self, ray: &Ray, hit: &GeometryHit) {
+        let (p, uv) = point(&hit.surface);
+        let normal = hit.surface.shading.n;
+        self.meet_bare(ray, (&hit.found, hit.material, None), (p, normal, uv), None);
+    }
+
+    /// Meets a surface with this shading normal, of which nothing but layers asks for (u, v): it is matte with this reflectance, or
+    /// [scatters](Sight::pass_on) otherwise.
     #[inline(always)]
-    pub(super) fn meet_matte(
+    pub(super) fn meet_bare(
         &mut self,
         ray: &Ray,
         hit: (&ClosestHit, Option<MaterialId>, Option<Standing>),
         (p, n, uv): (Vec3, Vec3, Option<Vec2>),
-        reflectance: Rgb,
+        reflectance: Option<Rgb>,
     ) {
         if self.is_looking() {
             self.find(ray, hit, (p, uv)).turn(n, -ray.d);
-            self.stay(reflectance);
+            self.state = State::AtLast;
+            if let Some(reflectance) = reflectance {
+                self.stay(reflectance);
+            }
+        }
+    }
+
+    /// The path continues from the last surface with this weight, or does not.
+    #[inline(always)]
+    pub(super) fn pass_on(&mut self, weight: Option<Rgb>) {
+        if self.state == State::AtLast {
+            self.stay(weight.unwrap_or(Rgb::ZERO));
         }
     }
 
@@ -159,8 +178,7 @@ impl Sight {
                     self.state = State::Done;
                 }
             }
-            State::AtLast => self.stay(weight),
-            _ => {}
+            _ => self.pass_on(Some(weight)),
         }
     }
 
@@ -208,6 +226,12 @@ impl FirstSurfaces {
     fn turn(&mut self, n: Vec3, wo: Vec3) {
         self.normal = if n.dot(wo) < 0.0 { -n } else { n };
     }
+}
+
+/// A point and its parameters, if they are known: nothing asks for those of bare triangles.
+fn point(surface: &SurfaceHit) -> (Vec3, Option<Vec2>) {
+    let uv = (surface.dpdu != Vec3::ZERO).then_some(surface.uv);
+    (surface.p, uv)
 }
 
 /// What a sampled direction passes on, if reflectances are not scaled between media as radiance is.

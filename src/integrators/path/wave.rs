@@ -12,7 +12,7 @@ use super::emission::{MisState, Sampled};
 use super::lamps::Lamps;
 use super::shadows::{Gain, Shadows};
 use super::{Path, PathState, Trail};
-use crate::accel::{BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
+use crate::accel::{BareHits, BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
 use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::handles::LightId;
 use crate::integrators::Sight;
@@ -149,7 +149,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     fn extend(&mut self, wave: &mut Wave, is_first: bool) {
         self.intersect(wave);
         self.resolve_flats(wave);
-        wave.resolve_smooth();
+        self.resolve_smooth(wave);
         for i in 0..wave.others.len() {
             let (path, found) = wave.others[i];
             self.extend_alone(wave, path, found, is_first);
@@ -166,6 +166,9 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         self.trace_shadows(paths);
         self.sample_directions(&mut mattes.vertices, paths);
         self.sample_directions(&mut coated.vertices, paths);
+        if WATCHED && wave.is_looking {
+            self.look_at_weights(&wave.coated.vertices);
+        }
     }
 
     /// Finds what the paths hit, and sorts it.
@@ -202,33 +205,56 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             }
         }
         if WATCHED && wave.is_looking {
-            self.look_at_flats(wave, count);
+            let vertices = &wave.mattes.vertices;
+            let known = (vertices, &wave.paths.trails[..]);
+            let reflectance = |i| Some(vertices.reflectance(i));
+            self.look_at(&mut wave.flats.bare, known, wave.wants_uv, reflectance);
         }
     }
 
-    /// Looks at flat triangles, for layers.
-    fn look_at_flats(&mut self, wave: &mut Wave, count: usize) {
-        if wave.wants_uv {
-            wave.flats.find_parameters(count);
+    /// Finds where on smooth triangles the hits are.
+    fn resolve_smooth(&mut self, wave: &mut Wave) {
+        wave.smooth.resolve(wave.coated.vertices.count());
+        wave.coated.vertices.place_smooth(&wave.smooth);
+        if WATCHED && wave.is_looking {
+            let known = (&wave.coated.vertices, &wave.paths.trails[..]);
+            self.look_at(&mut wave.smooth.bare, known, wave.wants_uv, |_| None);
         }
-        for i in 0..count {
-            let path = wave.mattes.vertices.path(i);
-            let (Some(sight), Some(found)) =
-                (sight(&mut self.bundle.paths[path]), wave.flats.found(i))
+    }
+
+    /// Looks at triangles, for layers: at all `vertices` that there are.
+    fn look_at<S: Scatterer>(
+        &mut self,
+        bare: &mut BareHits<WAVE>,
+        (vertices, trails): (&Vertices<S, WAVE>, &[Trail]),
+        wants_uv: bool,
+        reflectance: impl Fn(usize) -> Option<Rgb>,
+    ) {
+        if wants_uv {
+            bare.find_parameters(vertices.count());
+        }
+        for i in 0..vertices.count() {
+            let path = vertices.path(i);
+            let (Some(sight), Some(found)) = (sight(&mut self.bundle.paths[path]), bare.found(i))
             else {
                 continue;
             };
-            let ray = &wave.paths.trails[path].ray;
-            let from = wave.mattes.vertices.from(i, ray.time);
-            let uv = wave.flats.parameters(i).filter(|_| wave.wants_uv);
-            let (material, standing) = wave.flats.noted(i);
+            let ray = &trails[path].ray;
+            let vertex = vertices.vertex(i, ray.time);
+            let uv = bare.parameters(i).filter(|_| wants_uv);
+            let point = (vertex.from.p, vertex.scatterer.shading_normal(), uv);
+            let (material, standing) = bare.noted(i);
             let hit = (&found, material, Some(standing));
-            sight.meet_matte(
-                ray,
-                hit,
-                (from.p, from.n, uv),
-                wave.mattes.vertices.reflectance(i),
-            );
+            sight.meet_bare(ray, hit, point, reflectance(i));
+        }
+    }
+
+    /// Looks at what sampled directions pass on, for layers.
+    fn look_at_weights<S: Scatterer>(&mut self, vertices: &Vertices<S, WAVE>) {
+        for i in 0..vertices.count() {
+            if let Some(sight) = sight(&mut self.bundle.paths[vertices.path(i)]) {
+                sight.pass_on(vertices.weight(i));
+            }
         }
     }
 
@@ -258,11 +284,13 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         let mut state = self.state(path, trail, is_first);
         let hit = found.and_then(|found| state.context.world.surface(&state.trail.ray, &found));
         if let Some(hit) = &hit
-            && wave.add_coated::<WATCHED>(state.context.world, path, hit)
+            && wave.add_coated(state.context.world, path, hit)
         {
+            if trail.depth < trail.max_depth {
+                state.look(|sight| sight.meet_coated(&trail.ray, hit));
+            }
             return;
         }
-        let is_looking = WATCHED && wave.is_looking;
         let (mattes, coated) = (&mut wave.mattes.vertices, &mut wave.coated.vertices);
         let goes_on = state.arrive_at(hit.as_ref(), |state, hit, bsdf| {
             let throughput = state.trail.throughput;
@@ -270,7 +298,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
                 mattes.add(path, &hit.surface, (&matte, bsdf.frame()), throughput);
                 return None;
             }
-            if let Some(lobes) = bsdf.coated().filter(|_| !is_looking) {
+            if let Some(lobes) = bsdf.coated() {
                 coated.begin(path, &hit.surface, (&lobes, bsdf.frame()), throughput);
                 return None;
             }
@@ -439,7 +467,7 @@ impl Wave {
         };
         match triangle.attributes().light {
             None if triangle.is_flat() => self.add_flat::<WATCHED>(world, path, (&triangle, found)),
-            None => self.add_smooth::<WATCHED>(world, path, &triangle),
+            None => self.add_smooth::<WATCHED>(world, path, (&triangle, found)),
             Some(_) => false,
         }
     }
@@ -462,7 +490,7 @@ impl Wave {
             vertices.add_flat(path, reflectance, trail.throughput);
             self.flats.set(i, &trail.ray, (triangle, found));
             if WATCHED && self.is_looking {
-                self.flats.note(i, triangle);
+                self.flats.bare.note(i, triangle);
             }
         }
         true
@@ -473,38 +501,28 @@ impl Wave {
         &mut self,
         world: &World,
         path: u32,
-        triangle: &BareTriangle,
+        (triangle, found): (&BareTriangle, &ClosestHit),
     ) -> bool {
-        if WATCHED && self.is_looking {
-            return false;
-        }
         let Some(lobes) = world.even_coat(triangle.attributes().material) else {
             return false;
         };
         let trail = &self.paths.trails[path as usize];
         if trail.depth < trail.max_depth {
+            let i = self.coated.vertices.count();
             let vertices = &mut self.coated.vertices;
-            self.smooth.set(vertices.count(), &trail.ray, triangle);
             vertices.add_smooth(path, lobes, trail.throughput);
+            self.smooth.set(i, &trail.ray, (triangle, found));
+            if WATCHED && self.is_looking {
+                self.smooth.bare.note(i, triangle);
+            }
         }
         true
     }
 
-    /// Finds where on smooth triangles the hits are.
-    fn resolve_smooth(&mut self) {
-        self.smooth.resolve(self.coated.vertices.count());
-        self.coated.vertices.place_smooth(&self.smooth);
-    }
-
     /// Takes up a hit if it is of a surface that is [coated](Coated) alike everywhere and emits nothing.
     #[inline(always)]
-    fn add_coated<const WATCHED: bool>(
-        &mut self,
-        world: &World,
-        path: u32,
-        hit: &GeometryHit,
-    ) -> bool {
-        if hit.light.is_some() || (WATCHED && self.is_looking) {
+    fn add_coated(&mut self, world: &World, path: u32, hit: &GeometryHit) -> bool {
+        if hit.light.is_some() {
             return false;
         }
         let Some(lobes) = world.even_coat(hit.material) else {

@@ -198,7 +198,7 @@ fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryH
             && let Some(triangle) = job.world.geometry.flat(&found)
         {
             flats.set(hits.len(), &ray, (&triangle, &found));
-            flats.note(hits.len(), &triangle);
+            flats.bare.note(hits.len(), &triangle);
             hits.push((ray, job.world.surface(&ray, &found).expect("a hit")));
             if hits.len() == WAVE {
                 break;
@@ -219,7 +219,7 @@ fn all_instructions_find_the_same_points_of_smooth_triangles() {
             && let Some(triangle) = job.world.geometry.bare_triangle(&found)
             && !triangle.is_flat()
         {
-            smooth.set(hits.len(), &ray, &triangle);
+            smooth.set(hits.len(), &ray, (&triangle, &found));
             hits.push(job.world.surface(&ray, &found).expect("a hit").surface);
             if hits.len() == WAVE {
                 break;
@@ -294,6 +294,7 @@ fn all_instructions_find_the_same_points_and_directions() {
         let (mut flats, hits) = flat_hits(&job, seed);
         for set in InstructionSet::available() {
             flats.resolve_with(set, WAVE);
+            flats.bare.find_parameters_with(set, WAVE);
             let mut mattes = Vertices::<Matte, WAVE>::default();
             let reflectance = |i: usize| Rgb::new(0.1, 0.9, i as f32 / WAVE as f32);
             for i in 0..WAVE {
@@ -303,8 +304,8 @@ fn all_instructions_find_the_same_points_and_directions() {
             mattes.place_with(set, &flats);
             mattes.sample_with(set);
             for (i, (ray, hit)) in hits.iter().enumerate() {
-                if let Some(uv) = flats.parameters(i) {
-                    let found = flats.found(i).expect("a hit");
+                if let Some(uv) = flats.bare.parameters(i) {
+                    let found = flats.bare.found(i).expect("a hit");
                     let expected = job.world.surface_parameters(ray, &found);
                     assert_eq!(bits(&[uv.extend(0.0)]), bits(&[expected.extend(0.0)]));
                 }

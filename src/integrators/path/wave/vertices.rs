@@ -42,6 +42,8 @@ pub(super) struct Next {
 
 struct NextRows<const N: usize> {
     throughput: Rows3<N>,
+    /// What the sampled directions multiply it by.
+    weight: Rows3<N>,
     o: Rows3<N>,
     d: Rows3<N>,
     pdf: [f32; N],
@@ -61,6 +63,7 @@ impl<S: Scatterer, const N: usize> Default for Vertices<S, N> {
             u: [[0.0; N]; 2],
             next: NextRows {
                 throughput: Rows3::default(),
+                weight: Rows3::default(),
                 o: Rows3::default(),
                 d: Rows3::default(),
                 pdf: [0.0; N],
@@ -170,19 +173,27 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         })
     }
 
+    /// What the direction in which the path continues multiplies its throughput by, if it does.
+    #[inline(always)]
+    pub(super) fn weight(&self, i: usize) -> Option<Rgb> {
+        (self.next.goes_on[i] != 0).then(|| self.next.weight.get(i))
+    }
+
     /// The steps of [`super::PathState::sample_bsdf`] and what follows.
     #[inline(always)]
     fn sample_at(&mut self, i: usize) {
         let scatterer = self.scatterers.get(i);
         let u = Vec2::new(self.u[0][i], self.u[1][i]);
         let (sample, is_lit) = scatterer.sample(self.s.get(i), self.t.get(i), u);
-        let throughput = self.throughput.get(i) * scatterer.weight(&sample);
+        let weight = scatterer.weight(&sample);
+        let throughput = self.throughput.get(i) * weight;
         let ng = scatterer.geometric_normal();
         let o = offset_ray_origin(self.p.get(i), self.p_error.get(i), ng, sample.wi);
         let [x, y, z] = [throughput.x, throughput.y, throughput.z];
         let is_finite = x.is_finite() & y.is_finite() & z.is_finite();
         let next = &mut self.next;
         next.throughput.set(i, throughput);
+        next.weight.set(i, weight);
         next.o.set(i, o);
         next.d.set(i, sample.wi);
         next.pdf[i] = sample.pdf;
