@@ -148,7 +148,8 @@ impl GeometryBuilder {
         let objects = objects.into_iter().map(|object| object.level(&[]));
         let objects = objects.collect::<Result<Vec<Level>, _>>()?;
         Ok(Geometry {
-            top: self.level(&objects)?,
+            // The level that many rays search at once.
+            top: self.level(&objects)?.with_few(),
             objects,
         })
     }
@@ -200,6 +201,7 @@ impl GeometryBuilder {
             radius: 0.0,
             bounds: Aabb::EMPTY,
             skipped: 0,
+            few: None,
             tree: Tree::default(),
         };
         level.with_tree(&boxes)

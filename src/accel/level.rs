@@ -4,6 +4,7 @@ use super::aabb::Aabb;
 use super::builder;
 use super::curves::CurveStore;
 use super::face_ids::FaceIds;
+use super::few::Few;
 use super::instance::{Inner, Instance};
 use super::node::Child;
 use super::primitive::{Item, OtherKind, PrimitiveId};
@@ -139,6 +140,8 @@ pub(super) struct Level {
     pub curves: CurveStore,
     pub instances: Vec<Instance>,
     pub tree: Tree,
+    /// All that there is, if it is little and this is the top level: then rays do not walk the tree.
+    pub few: Option<Few>,
     /// Relative to the anchor.
     pub bounds: Aabb,
     /// See [`super::Geometry::has_recoverable_surfaces`].
@@ -166,6 +169,15 @@ impl Level {
             return Err(GeometryError::TooMany(count));
         }
         Ok(self)
+    }
+
+    /// The level with what spares rays its tree, if there is little in it.
+    pub(super) fn with_few(mut self) -> Level {
+        if self.triangles() <= Few::MOST && self.instances.is_empty() {
+            let items = self.items(&[]);
+            self.few = Few::of(&items, |id| self.corners(id.index()));
+        }
+        self
     }
 
     /// The primitives that the tree is built over. Triangles without area or with unusable corners are skipped and
@@ -267,6 +279,7 @@ impl Level {
     /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.tree.bytes()
+            + self.few.as_ref().map_or(0, Few::bytes)
             + self.meshes.iter().map(StoredMesh::bytes).sum::<usize>()
             + self.face_ids.bytes()
             + size_of_val(&self.mesh_at[..])

@@ -14,6 +14,7 @@ mod collapse;
 mod collect;
 mod curves;
 mod face_ids;
+mod few;
 mod flat;
 mod groups;
 mod instance;
@@ -30,6 +31,7 @@ mod smooth;
 mod stack;
 mod tree;
 mod validate;
+mod watertight;
 
 pub use aabb::Aabb;
 pub(crate) use bare::{BareHits, BareTriangle};

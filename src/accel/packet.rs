@@ -1,26 +1,14 @@
-//! Packets of four triangles and the watertight ray-triangle test.
-//!
-//! The test is that of Woop, Benthin and Wald ("Watertight Ray/Triangle Intersection", JCGT 2(1), 2013; Pharr, Jakob
-//! and Humphreys 2016, §3.6.2): in a space sheared so that the ray is the z axis, the signs of edge functions decide,
-//! and both triangles of an edge compute the same one, so no ray slips between them. Where an edge function is 0 its
-//! sign is computed in double precision, in which products of single-precision numbers are exact.
-//!
-//! The distance is then recomputed in double precision. The book's bound on its error in single precision grows with
-//! the triangle: comparing with it makes a ground of 1e6 units vanish below a nearby observer, and a ground that is off
-//! by 1e-7 of its size would swallow small objects lying on it.
+//! Packets of four triangles, tested side by side ([`super::watertight`]).
 
 use super::node::Cell;
 use super::primitive::PrimitiveId;
 use super::ray::TraversalRay;
-use crate::math::{DVec3, Vec3};
+use super::watertight::{Plane, REACH, is_inside_exactly};
+use crate::math::Vec3;
 use wide::f32x4;
 
 /// Triangles in a packet.
 pub(super) const LANES: usize = 4;
-
-/// For rays whose angle with a triangle has a sine below this, the distance comes from the edge functions: the rounding
-/// of the sheared coordinates then leaves more uncertainty than the intersection with the plane could resolve.
-const GRAZING_SINE: f64 = 1e-6;
 
 /// Up to four triangles, under construction. Unused lanes hold NaN, which no test accepts.
 pub(super) struct Packet {
@@ -80,12 +68,13 @@ impl<'a> StoredPacket<'a> {
     }
 
     #[inline(always)]
-    fn corner(self, corner: usize, lane: usize) -> DVec3 {
-        let at = |axis: usize| {
-            let row: &[f32; LANES] = bytemuck::cast_ref(&self.0[3 * corner + axis]);
-            f64::from(row[lane & 3])
+    fn corners(self, lane: usize) -> [Vec3; 3] {
+        let at = |row: usize| {
+            let row: &[f32; LANES] = bytemuck::cast_ref(&self.0[row]);
+            row[lane & 3]
         };
-        DVec3::new(at(0), at(1), at(2))
+        let corner = |first: usize| Vec3::new(at(first), at(first + 1), at(first + 2));
+        [corner(0), corner(3), corner(6)]
     }
 
     /// Calls `accept(id, t)` for every triangle that the ray intersects at 0 < t, possibly at or beyond `t_max`, until
@@ -116,7 +105,7 @@ impl<'a> StoredPacket<'a> {
         let reached = z0
             .fast_min(z1)
             .fast_min(z2)
-            .simd_le(f32x4::splat(t_max * (1.0 + 8.0 * f32::EPSILON)));
+            .simd_le(f32x4::splat(t_max * REACH));
         let ahead = z0.fast_max(z1).fast_max(z2).simd_ge(zero);
         // An edge function that is 0 may have either sign, which is computed exactly only where it matters.
         let on_edge = e[0].simd_eq(zero) | e[1].simd_eq(zero) | e[2].simd_eq(zero);
@@ -126,52 +115,20 @@ impl<'a> StoredPacket<'a> {
         if lanes == 0 {
             return false;
         }
-        if lanes & on_edge.to_bitmask() != 0 {
-            let (inside, area) = within(exact_edges([x0, x1, x2], [y0, y1, y2]));
-            lanes = (inside & area & near).to_bitmask();
-        }
+        let on_edge = on_edge.to_bitmask();
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let t = self.distance(ray, lane);
+            let corners = self.corners(lane);
+            if on_edge >> lane & 1 != 0 && !is_inside_exactly(ray.o, ray.d, corners) {
+                continue;
+            }
+            let t = Plane::of(corners).distance(ray.o, ray.d);
             if t > 0.0 && accept(self.id(lane), t) {
                 return true;
             }
         }
         false
-    }
-
-    /// Distance to the plane of the triangle in `lane`, which the ray is known to cross inside; negative if that is
-    /// behind the origin.
-    #[inline(always)]
-    fn distance(self, ray: &TraversalRay, lane: usize) -> f64 {
-        let p = self.corner(0, lane);
-        let n = (self.corner(1, lane) - p).cross(self.corner(2, lane) - p);
-        let slope = n.dot(ray.d.as_dvec3());
-        if slope * slope > GRAZING_SINE * GRAZING_SINE * n.length_squared() {
-            n.dot(p - ray.o.as_dvec3()) / slope
-        } else {
-            self.grazing_distance(ray, lane)
-        }
-    }
-
-    /// The distance from the edge functions, for a triangle seen almost edge-on.
-    #[cold]
-    fn grazing_distance(self, ray: &TraversalRay, lane: usize) -> f64 {
-        let [ax, ay, az] = ray.axes;
-        let [sx, sy, sz] = ray.shear;
-        let [ox, oy, oz] = ray.sheared_o;
-        let sheared = |corner: usize| {
-            let at = |axis: usize| self.row(corner, axis).to_array()[lane & 3];
-            let z = at(az) - oz;
-            let (x, y) = (at(ax) - ox + sx * z, at(ay) - oy + sy * z);
-            [x, y, z * sz].map(f64::from)
-        };
-        let p = [0, 1, 2].map(sheared);
-        let edge = |a: [f64; 3], b: [f64; 3]| a[0] * b[1] - a[1] * b[0];
-        let e = [edge(p[1], p[2]), edge(p[2], p[0]), edge(p[0], p[1])];
-        let sum: f64 = e.iter().zip(p).map(|(e, p)| e * p[2]).sum();
-        sum / (e[0] + e[1] + e[2])
     }
 }
 
@@ -184,18 +141,4 @@ fn within(e: [f32x4; 3]) -> (f32x4, f32x4) {
     let most = e[0].fast_max(e[1]).fast_max(e[2]);
     let area = (e[0] + e[1] + e[2]).simd_ne(zero);
     (least.simd_ge(zero) | most.simd_le(zero), area)
-}
-
-/// The edge functions from sheared coordinates, with exact signs.
-#[cold]
-fn exact_edges(x: [f32x4; 3], y: [f32x4; 3]) -> [f32x4; 3] {
-    let (x, y) = (x.map(|x| x.to_array()), y.map(|y| y.to_array()));
-    let edge = |i: usize, j: usize| {
-        f32x4::new(std::array::from_fn(|lane| {
-            let forward = f64::from(x[i][lane]) * f64::from(y[j][lane]);
-            let backward = f64::from(y[i][lane]) * f64::from(x[j][lane]);
-            (forward - backward) as f32
-        }))
-    };
-    [edge(1, 2), edge(2, 0), edge(0, 1)]
 }

@@ -180,7 +180,9 @@ impl<'a, A: Alpha, const SHADOW: bool> Searches<'a, A, SHADOW> {
             rays: rays.iter(),
             found: found.iter_mut(),
         };
-        if SHADOW {
+        if let Some(few) = &scope.level.few {
+            few.visit(tree.instructions, rays.len(), searches);
+        } else if SHADOW {
             tree.traverse::<LastFirst, _>(searches);
         } else {
             tree.traverse::<NearestFirst, _>(searches);

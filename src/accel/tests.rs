@@ -15,6 +15,7 @@ use crate::shapes::{Form, quadric::Quadric};
 
 mod bounds;
 mod degenerate;
+mod few;
 mod hair;
 mod hits;
 mod motion;

@@ -1,4 +1,4 @@
-"""fstop beside Mitsuba 3 (`pip install mitsuba numpy`): benches/peer/mitsuba/compare.py FSTOP FOLDER [RUNS [SCENE...]]
+"""fstop beside Mitsuba 3 (`pip install mitsuba numpy`): benches/peer/mitsuba/compare.py FSTOP FOLDER [RUNS [SCENE[:SAMPLES]...]]
 
 FOLDER has the .pbrt files with what they read: `PREPARE=FOLDER benches/peer/run.sh`. The programs take turns, with as many threads as
 there are processors (with a pool of one, Dr.Jit 1.5 hung with LLVM 20). Processor seconds of user code, the median of RUNS (5): of
@@ -54,8 +54,10 @@ def main():
     runs = int(sys.argv[3]) if len(sys.argv) > 3 else 5
     mi.set_variant(VARIANT)
     print(f"{'scene':10} {'spp':>4} {'fstop s':>8} {'Mitsuba s':>9} {'ratio':>6} {'error':>9} {'Mitsuba':>9} {'equal error':>11} {'means':>6}")
-    for name in sys.argv[4:] or scenes.SCENES:
+    for word in sys.argv[4:] or scenes.SCENES:
+        name, _, samples = word.partition(":")
         make, spp = scenes.SCENES[name]
+        spp = int(samples or spp)
         scene = mi.load_dict(make(mi, folder))
         theirs(scene, spp, 0)
         pairs = [(ours(fstop, folder, name, spp, i), theirs(scene, spp, i)) for i in range(1, runs + 1)]
