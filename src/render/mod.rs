@@ -82,6 +82,13 @@ pub struct RenderJob {
     pub ghosts: Option<GhostLight>,
 }
 
+impl RenderJob {
+    /// For a thread that renders tiles: it is large, and none of it lasts from one bundle of paths to the next.
+    fn workspace(&self) -> Workspace {
+        self.integrator.workspace(&self.world)
+    }
+}
+
 /// Renders the image on the current rayon pool, with variances of independent samples or without; if it is stopped, as much of
 /// it as was done.
 pub fn render(job: &RenderJob, tile_size: u32, variance: bool, progress: &Progress) -> Developed {
@@ -94,8 +101,9 @@ pub fn render(job: &RenderJob, tile_size: u32, variance: bool, progress: &Progre
         return expose(job, tile_size, progress).developed(kept);
     }
     let developed = Mutex::new(Developed::new(&job.film, kept));
-    each_tile(job, tile_size, |tile, bounds| {
-        let done = work_of_half(job, &job.sampler, (0, tile), bounds, progress);
+    each_tile(job, tile_size, |workspace, tile, bounds| {
+        let tile = (0, tile, bounds);
+        let done = work_of_half(job, &job.sampler, tile, workspace, progress);
         locked(&developed).place(&done);
     });
     unlocked(developed)
@@ -107,8 +115,9 @@ pub fn expose(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
         return photon_passes::render(job, &mapper, tile_size, progress);
     }
     let film = Mutex::new(Film::new(&job.film));
-    each_tile(job, tile_size, |tile, bounds| {
-        let done = work_of_half(job, &job.sampler, (0, tile), bounds, progress);
+    each_tile(job, tile_size, |workspace, tile, bounds| {
+        let tile = (0, tile, bounds);
+        let done = work_of_half(job, &job.sampler, tile, workspace, progress);
         locked(&film).merge(done);
     });
     let mut film = unlocked(film);
@@ -130,10 +139,10 @@ fn render_in_two(
     progress: &Progress,
 ) -> (Developed, [Option<DroppedSample>; 2]) {
     let developed = Mutex::new((Developed::new(&job.film, Kept::Halves), [None; 2]));
-    each_tile(job, tile_size, |tile, bounds| {
+    each_tile(job, tile_size, |workspace, tile, bounds| {
         let halves = [0, 1].map(|half| {
             let sampler = &samplers[usize::from(half)];
-            work_of_half(job, sampler, (half, tile), bounds, progress)
+            work_of_half(job, sampler, (half, tile, bounds), workspace, progress)
         });
         let (developed, dropped) = &mut *locked(&developed);
         developed.place_halves(&halves);
@@ -146,20 +155,27 @@ fn render_in_two(
     (developed, dropped)
 }
 
-/// Calls `render` for each tile, with its number, on the current rayon pool.
-fn each_tile(job: &RenderJob, tile_size: u32, render: impl Fn(u32, PixelBounds) + Sync) {
+/// Calls `render` for each tile, with its number and a workspace, on the current rayon pool.
+fn each_tile(
+    job: &RenderJob,
+    tile_size: u32,
+    render: impl Fn(&mut Workspace, u32, PixelBounds) + Sync,
+) {
     let bounds = job.film.pixel_bounds().intersection(job.sampled);
     let tiles: Vec<PixelBounds> = bounds.tiles(tile_size).collect();
     let tiles = tiles.into_par_iter().enumerate();
-    tiles.for_each(|(tile, bounds)| render(tile as u32, bounds));
+    tiles.for_each_init(
+        || job.workspace(),
+        |workspace, (tile, bounds)| render(workspace, tile as u32, bounds),
+    );
 }
 
 /// All samples of a tile of one half.
 fn work_of_half(
     job: &RenderJob,
     sampler: &Sampler,
-    (half, tile): (u8, u32),
-    bounds: PixelBounds,
+    (half, tile, bounds): (u8, u32, PixelBounds),
+    workspace: &mut Workspace,
     progress: &Progress,
 ) -> Tile {
     let unit = Unit {
@@ -167,7 +183,7 @@ fn work_of_half(
         tile,
         samples: 0..sampler.spp(),
     };
-    match work(job, sampler, bounds, &unit, progress) {
+    match work(job, sampler, (&unit, bounds), workspace, progress) {
         Worked::Finished(tile) | Worked::Stopped(tile) => tile,
     }
 }
@@ -186,9 +202,8 @@ fn sample_tile(
     job: &RenderJob,
     sampler: &Sampler,
     samples_of_pixel: Range<u32>,
-    tile: &mut Tile,
-    bounds: PixelBounds,
-    mut watch: Option<&mut Watch>,
+    (tile, bounds): (&mut Tile, PixelBounds),
+    (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
 ) {
     let all = OfAll::new(job);
     let want_differentials = job.world.needs_footprint();
@@ -198,7 +213,6 @@ fn sample_tile(
     let mut bundle = ArrayVec::new();
     let has_layers = tile.has_layers();
     let mut looks = Vec::new();
-    let mut workspace = job.integrator.workspace(&job.world);
     let mut indices = bounds
         .pixels()
         .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
@@ -220,7 +234,7 @@ fn sample_tile(
         if let Some(watch) = watch.as_deref_mut() {
             for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
                 let (ray, untouched) = (ray.as_ref(), waiting.stream);
-                let own = (&mut workspace, &mut *watch);
+                let own = (&mut *workspace, &mut *watch);
                 let radiance = waiting.trace(shown, sample, ray, own, has_layers);
                 if has_layers {
                     layers::add(shown, &waiting, (ray, radiance), (&untouched, watch), tile);
@@ -236,7 +250,7 @@ fn sample_tile(
                 both.for_each(|(look, waiting)| look.begin(job, waiting));
             }
             let camera = (samples.as_slice(), rays.as_slice());
-            let own = (&mut workspace, looks.as_mut_slice());
+            let own = (&mut *workspace, looks.as_mut_slice());
             let radiances = radiances(shown, camera, &mut waiting, own);
             let mut radiances = radiances.into_iter();
             let mut looks = looks.iter();

@@ -25,6 +25,7 @@ use super::{
 };
 use crate::checkpoint::{Journal, Unit};
 use crate::film::{Developed, DroppedSample, Film, PixelBounds, PixelStatistics, Splats, Tile};
+use crate::integrators::Workspace;
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -219,14 +220,17 @@ impl<'a> Passes<'a> {
     fn preview(&mut self) {
         let paths = self.halves.tiles().len() as u64;
         self.trace_light(0, 0..paths, || true, &Progress::hidden());
-        let sample = |bounds: &PixelBounds| {
+        let sample = |workspace: &mut Workspace, bounds: &PixelBounds| {
             let center = (bounds.min + bounds.max) / 2;
             let pixel = PixelBounds::new(center, center + UVec2::ONE);
             let mut tile = self.job.film.tile(pixel);
-            sample_tile(self.job, &self.samplers[0], 0..1, &mut tile, pixel, None);
+            let own = (workspace, None);
+            sample_tile(self.job, &self.samplers[0], 0..1, (&mut tile, pixel), own);
             tile.statistics(center).copied().unwrap_or_default()
         };
-        self.preview = self.halves.tiles().par_iter().map(sample).collect();
+        let tiles = self.halves.tiles().par_iter();
+        let sampled = tiles.map_init(|| self.job.workspace(), sample);
+        self.preview = sampled.collect();
     }
 
     /// Traces light paths of a half, as long as it is in time.
@@ -271,13 +275,15 @@ impl<'a> Passes<'a> {
         let in_time = || deadline.is_none_or(|end| Instant::now() < end);
         let kept = |unit: &Unit| progress.journal().is_some_and(|journal| journal.has(unit));
         let before = [0, 1].map(|half| self.paths(half, self.halves.counts()));
+        let job = self.job;
+        let workspace = || job.workspace();
         let mut complete = true;
         for (half, counts) in counts.iter().enumerate() {
             let have = &self.halves.counts()[half];
             let jobs = self.halves.tiles().par_iter().zip(have).zip(counts);
             let rendered: Vec<Option<(Tile, u32)>> = jobs
                 .enumerate()
-                .map(|(tile, ((bounds, &have), &want))| {
+                .map_init(workspace, |workspace, (tile, ((bounds, &have), &want))| {
                     let unit = Unit {
                         half: half as u8,
                         tile: tile as u32,
@@ -286,7 +292,8 @@ impl<'a> Passes<'a> {
                     if want <= have || !(in_time() || kept(&unit)) {
                         return None;
                     }
-                    match work(self.job, &self.samplers[half], *bounds, &unit, progress) {
+                    let unit_of_tile = (&unit, *bounds);
+                    match work(job, &self.samplers[half], unit_of_tile, workspace, progress) {
                         Worked::Finished(tile) => Some((tile, want)),
                         // A part of a pass would be counted by no later one.
                         Worked::Stopped(tile) => self.goal.is_none().then_some((tile, have)),

@@ -11,6 +11,7 @@ use super::work::{Worked, work};
 use super::{Goal, Progress, RenderJob, TILE_SIZE, light_pass};
 use crate::checkpoint::{Journal, Shard, Unit};
 use crate::film::{LightShare, PixelBounds, Splats};
+use crate::integrators::Workspace;
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -231,7 +232,7 @@ pub fn render_shard(
 ) -> bool {
     let samplers = samplers(job, pass.len(), division.is_whole);
     let pieces: Vec<Piece> = division.pieces_by(shard, pass).collect();
-    let render = |piece: &Piece| {
+    let render = |workspace: &mut Workspace, piece: &Piece| {
         let sampler = &samplers[usize::from(piece.unit.half)];
         if let Some(journal) = progress.journal()
             && journal.has_whole(&piece.unit)
@@ -240,14 +241,16 @@ pub fn render_shard(
             progress.advance(piece.bounds.area() as u64 * samples);
             return true;
         }
-        let worked = work(job, sampler, piece.bounds, &piece.unit, progress);
+        let unit = (&piece.unit, piece.bounds);
+        let worked = work(job, sampler, unit, workspace, progress);
         let is_kept = progress
             .journal()
             .is_none_or(|journal| !journal.has_failed());
         matches!(worked, Worked::Finished(_)) && is_kept
     };
     // All of them: `all` would leave others under way without waiting for their records.
-    let is_whole = pieces.par_iter().map(render).reduce(|| true, |a, b| a && b);
+    let rendered = pieces.par_iter().map_init(|| job.workspace(), render);
+    let is_whole = rendered.reduce(|| true, |a, b| a && b);
     let halves = light.splats.iter_mut().zip(&samplers).zip(0..);
     halves.fold(is_whole, |is_whole, ((splats, sampler), half)| {
         let paths = division.light(shard, half.into(), pass, job.light_share);

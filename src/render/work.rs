@@ -4,6 +4,7 @@
 use super::{Progress, RenderJob, sample_tile};
 use crate::checkpoint::Unit;
 use crate::film::{Pairwise, PixelBounds, Tile};
+use crate::integrators::Workspace;
 use crate::samplers::Sampler;
 
 /// Samples of each pixel in a block: a power of two of the leaves of the image's tree of sums ([`crate::film`]), so
@@ -22,8 +23,8 @@ pub(super) enum Worked {
 pub(super) fn work(
     job: &RenderJob,
     sampler: &Sampler,
-    bounds: PixelBounds,
-    unit: &Unit,
+    (unit, bounds): (&Unit, PixelBounds),
+    workspace: &mut Workspace,
     progress: &Progress,
 ) -> Worked {
     let (start, end) = (unit.samples.start, unit.samples.end);
@@ -57,7 +58,9 @@ pub(super) fn work(
         done = block.end;
         let mut tile = blank().after(block.start.into());
         let samples = count_of(block.len() as u32);
-        progress.counted(|watch| sample_tile(job, sampler, block, &mut tile, bounds, watch));
+        progress.counted(|watch| {
+            sample_tile(job, sampler, block, (&mut tile, bounds), (workspace, watch));
+        });
         progress.show(unit.half, &tile);
         progress.advance(samples);
         blocks.push(tile);
