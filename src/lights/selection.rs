@@ -12,7 +12,7 @@ use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
 use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Share of the strategy "power" that is spread evenly over groups: a weak light may be all that a
 /// point sees.
@@ -49,6 +49,8 @@ impl SelectionStrategy {
 #[derive(Clone, Debug)]
 pub struct LightSelector {
     choice: Choice,
+    /// See [`LightSelector::choices`].
+    first_choices: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -82,7 +84,11 @@ impl LightSelector {
                 }
             }
         };
-        LightSelector { choice }
+        let is_rich = lamps(lights) > FEW_LAMPS;
+        LightSelector {
+            choice,
+            first_choices: if is_rich { FIRST_CHOICES } else { 1 },
+        }
     }
 
     /// Returns `true` if [`LightSelector::sample`] looks at its number.
@@ -103,6 +109,16 @@ impl LightSelector {
             }
             Choice::SmallLightSet(few) => few.sample(&Receiver::new(from.p, from.n), u),
             Choice::Spatial(clusters) => clusters.sample(&Receiver::new(from.p, from.n), u),
+        }
+    }
+
+    /// How many lights a path had better choose by [`LightSelector::sample`], at its first surface or at a later one, where not all of them
+    /// are sampled.
+    #[inline]
+    pub fn choices(&self, is_first: bool) -> u32 {
+        match is_first {
+            true => self.first_choices,
+            false => 1,
         }
     }
 
@@ -131,6 +147,20 @@ impl LightSelector {
 
 /// Lights so few that the first surface of a path had better sample all of them.
 const FEW_ENOUGH_FOR_ALL: usize = 4;
+
+/// Lights that are chosen at the first surface of a path where there are many lamps. Four bring less noise, but no more for the time that they
+/// take (docs/notes/performance.md).
+const FIRST_CHOICES: u32 = 3;
+
+/// Lamps that are not many. Of so few the one that is chosen is more often one that matters, and with four lamps two choices did not pay.
+const FEW_LAMPS: usize = 8;
+
+/// The number of lamps: a lamp of many triangles is many lights.
+fn lamps(lights: &[Light]) -> usize {
+    let groups: BTreeSet<u32> = lights.iter().filter_map(Light::group).collect();
+    let alone = lights.iter().filter(|light| light.group().is_none());
+    groups.len() + alone.count()
+}
 
 /// The lights as the choice sees them. Lights without a group stand alone.
 fn candidates(lights: &[Light], scene_radius: f32) -> Vec<Candidate> {
@@ -312,6 +342,26 @@ mod tests {
                         );
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn more_are_chosen_at_first_surfaces_under_many_lamps() {
+        let alone = |count: usize| (0..count).map(|_| sun()).collect::<Vec<Light>>();
+        for (lights, first) in [
+            (alone(0), 1),
+            (alone(1), 1),
+            (alone(8), 1),
+            (alone(9), 3),
+            (mesh(900, 1), 1),
+            ([mesh(7, 0), mesh(9, 1)].concat(), 1),
+            ([mesh(7, 0), alone(8)].concat(), 3),
+        ] {
+            for strategy in STRATEGIES {
+                let selector = LightSelector::new(&lights, strategy, 30.0);
+                assert_eq!(selector.choices(true), first);
+                assert_eq!(selector.choices(false), 1);
             }
         }
     }

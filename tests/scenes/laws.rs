@@ -260,10 +260,29 @@ fn a_closed_furnace_glows_with_the_geometric_series() {
     let tube = "Shape \"hyperboloid\" \"point p1\" [1.2 -.8 -1] \"point p2\" [1.2 .8 1] \
         Shape \"disk\" \"float radius\" 1.443 \"float height\" 1 \
         ReverseOrientation Shape \"disk\" \"float radius\" 1.443 \"float height\" -1";
+    // The halves of the cube's sides as lamps of their own: so many that a path's first surface chooses several of them.
+    let corners = [
+        "-1 -1 -1  -1 1 -1  1 1 -1  1 -1 -1",
+        "-1 -1 1  1 -1 1  1 1 1  -1 1 1",
+        "-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1",
+        "1 1 -1  -1 1 -1  -1 1 1  1 1 1",
+        "1 -1 -1  1 1 -1  1 1 1  1 -1 1",
+        "-1 -1 -1  -1 -1 1  -1 1 1  -1 1 -1",
+    ];
+    let side = |corners: &str| {
+        let half = |indices: &str| {
+            format!(
+                "Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [{corners}]\n"
+            )
+        };
+        half("0 1 2") + &half("0 2 3")
+    };
+    let halves: String = corners.into_iter().map(side).collect();
     let some = [0.0, 0.5, 0.8];
     for (shape, albedos) in [
         (BALL, &some[..]),
         (cube, &some),
+        (&halves, &some),
         (bowl, &[0.8]),
         (tube, &[0.8]),
     ] {

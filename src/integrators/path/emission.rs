@@ -31,8 +31,8 @@ pub(super) struct Sampled {
     pub from: ReferencePoint,
     /// Of the direction, per steradian.
     pub pdf: f32,
-    /// Emitter sampling was of all lights, not of one.
-    pub all_lights: bool,
+    /// Was it the first? There emitter sampling is of more lights.
+    pub is_first: bool,
 }
 
 impl MisState {
@@ -81,14 +81,13 @@ impl MisState {
 }
 
 impl Sampled {
-    /// Probability that emitter sampling there samples light `id`.
+    /// How many times emitter sampling there samples light `id`, on average.
     fn light_pmf(&self, context: &Context, id: LightId) -> f32 {
         let selector = &context.lights.selector;
-        if !self.all_lights {
-            return selector.pmf(&self.from, id);
+        match selector.sample_all_count() {
+            Some(count) if self.is_first => f32::from(u8::from(id.0 < count)),
+            _ => selector.choices(self.is_first) as f32 * selector.pmf(&self.from, id),
         }
-        let count = selector.sample_all_count();
-        f32::from(u8::from(count.is_some_and(|count| id.0 < count)))
     }
 }
 
@@ -176,7 +175,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         MisState::Sampled(Sampled {
             from,
             pdf,
-            all_lights: self.sample_all_count().is_some(),
+            is_first: self.trail.is_first(),
         })
     }
 }

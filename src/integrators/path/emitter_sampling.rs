@@ -1,5 +1,5 @@
-//! Emitter sampling (next-event estimation) at a vertex of a path: of one light, or of every one where few light
-//! what the camera sees.
+//! Emitter sampling (next-event estimation) at a vertex of a path: of one light; of some, or of every one if there are few, at what the
+//! camera sees.
 
 use super::{PathState, Trail};
 use crate::accel::GeometryHit;
@@ -8,9 +8,11 @@ use crate::handles::LightId;
 use crate::integrators::context::Lights;
 use crate::integrators::vertex::{SurfaceVertex, Vertex};
 use crate::integrators::volpath::transmittance;
+use crate::lights::LightSelector;
 use crate::math::ray::Ray;
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, Vec2, Vec3, color::is_black};
+use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -26,7 +28,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         }
     }
 
-    /// Adds direct light by sampling every light or one, weighted against BSDF sampling.
+    /// Adds direct light by sampling every light or some, weighted against BSDF sampling.
     #[inline(always)]
     pub(super) fn sample_direct(&mut self, vertex: &impl Vertex) {
         let from = vertex.reference_point();
@@ -37,10 +39,13 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             return;
         }
         let selector = &self.context.lights.selector;
-        let choice = self.context.stream.next_1d_if(selector.chooses());
-        match selector.sample(&from, choice) {
-            Some(chosen) => self.sample_light(chosen, vertex, &from),
-            None => self.context.stream.skip_2d(),
+        let all = selector.choices(self.trail.is_first());
+        for number in 0..all {
+            let stream = &mut *self.context.stream;
+            match choose(selector, &from, (number, all), stream) {
+                Some(chosen) => self.sample_light(chosen, vertex, &from),
+                None => stream.skip_2d(),
+            }
         }
     }
 
@@ -50,7 +55,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         self.trail.sample_all_count(self.context.lights)
     }
 
-    /// Adds a sample of a light that was chosen with this probability.
+    /// Adds a sample of a light that is chosen so many times on average.
     #[inline(always)]
     fn sample_light(
         &mut self,
@@ -137,16 +142,43 @@ impl Arriving {
 }
 
 impl Trail {
+    /// Returns `true` before the first scattering event.
+    #[inline(always)]
+    pub(super) fn is_first(&self) -> bool {
+        self.depth == 0
+    }
+
     /// The number of lights if each is sampled: at primary hits if there are few, because shadows are most of
     /// their noise.
     #[inline]
     pub(super) fn sample_all_count(&self, lights: &Lights) -> Option<u32> {
-        match self.depth {
-            0 => lights.selector.sample_all_count(),
-            _ => None,
+        match self.is_first() {
+            true => lights.selector.sample_all_count(),
+            false => None,
         }
     }
 }
+
+/// One of `all` choices of a light, each from a part of the lights of its own, and how many times that light is chosen on average
+/// by all of them.
+#[inline(always)]
+pub(super) fn choose(
+    selector: &LightSelector,
+    from: &ReferencePoint,
+    (number, all): (u32, u32),
+    stream: &mut SampleStream,
+) -> Option<(LightId, f32)> {
+    let within = stream.next_1d_if(selector.chooses());
+    if all == 1 {
+        return selector.sample(from, within);
+    }
+    let choice = (number as f32 + within) / all as f32;
+    let (light, pmf) = selector.sample(from, choice.min(BELOW_1))?;
+    Some((light, pmf * all as f32))
+}
+
+/// The largest number below 1.
+const BELOW_1: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// The estimate by a light sample of this density, where BSDF sampling may find the same with another.
 #[inline(always)]

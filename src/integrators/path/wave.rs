@@ -9,6 +9,7 @@
 mod vertices;
 
 use super::emission::{MisState, Sampled};
+use super::emitter_sampling::choose;
 use super::lamps::Lamps;
 use super::shadows::{Gain, Shadows};
 use super::{Path, PathState, Trail};
@@ -321,20 +322,37 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             }
             self.light(&mut lot.lamps, paths);
         }
-        for i in 0..lot.vertices.count() {
-            let path = lot.vertices.path(i);
-            if paths.samples_all(self.bundle.lights, path) {
-                continue;
+        // As many rounds as a path's first vertex takes: it may lie beyond surfaces without material, in any step.
+        for number in 0..selector.choices(true) {
+            for i in 0..lot.vertices.count() {
+                self.sample_some(lot, paths, i, number);
             }
-            let stream = &mut *self.bundle.paths[path].stream;
-            let choice = stream.next_1d_if(selector.chooses());
-            let from = lot.vertices.from(i, paths.trails[path].ray.time);
-            match selector.sample(&from, choice) {
-                Some(chosen) => self.sample_light(lot, paths, i, chosen),
-                None => stream.skip_2d(),
-            }
+            self.light(&mut lot.lamps, paths);
         }
-        self.light(&mut lot.lamps, paths);
+    }
+
+    /// Makes one of the choices of a light at a vertex where not all are sampled, and samples that light.
+    #[inline(always)]
+    fn sample_some<S: Scatterer>(
+        &mut self,
+        lot: &mut Lot<S>,
+        paths: &mut Paths,
+        i: usize,
+        number: u32,
+    ) {
+        let path = lot.vertices.path(i);
+        let selector = &self.bundle.lights.selector;
+        let trail = &paths.trails[path];
+        let all = selector.choices(trail.is_first());
+        if number >= all || paths.samples_all(self.bundle.lights, path) {
+            return;
+        }
+        let from = lot.vertices.from(i, trail.ray.time);
+        let stream = &mut *self.bundle.paths[path].stream;
+        match choose(selector, &from, (number, all), stream) {
+            Some(chosen) => self.sample_light(lot, paths, i, chosen),
+            None => stream.skip_2d(),
+        }
     }
 
     /// Samples one light at a vertex.
@@ -389,7 +407,6 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         vertices.sample();
         for i in 0..vertices.count() {
             let path = vertices.path(i);
-            let all_lights = paths.samples_all(self.bundle.lights, path);
             let trail = &mut paths.trails[path];
             let Some(next) = vertices.next(i) else {
                 continue;
@@ -403,7 +420,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             trail.mis = MisState::Sampled(Sampled {
                 from: vertices.from(i, time),
                 pdf: next.pdf,
-                all_lights,
+                is_first: trail.is_first(),
             });
             trail.ray = Ray::new(next.o, next.d, time);
             let stream = &mut *self.bundle.paths[path].stream;

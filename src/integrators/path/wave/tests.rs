@@ -137,9 +137,21 @@ fn one_by_one(job: &RenderJob) -> Found {
     found
 }
 
+/// [`OUTDOORS`], with so many lamps that first surfaces choose several.
+fn under_many_lamps() -> String {
+    let lamp = |i: u32| {
+        format!(
+            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [ {i} 3 4 ] Translate {i} 3 -1 \
+             Shape \"sphere\" \"float radius\" .2 AttributeEnd LightSource \"point\" \"point from\" [ -{i} 4 -2 ]\n"
+        )
+    };
+    let lamps: String = (0..4).map(lamp).collect();
+    OUTDOORS.replace("WorldBegin", &format!("WorldBegin\n{lamps}"))
+}
+
 #[test]
 fn a_path_brings_the_same_in_any_wave_as_by_itself() {
-    for text in [ROOM_WITH_LAMPS, OUTDOORS] {
+    for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()] {
         let job = job(text);
         let expected = one_by_one(&job).radiances;
         let lit = expected.iter().filter(|&&light| !is_black(light)).count();
@@ -153,7 +165,7 @@ fn a_path_brings_the_same_in_any_wave_as_by_itself() {
 
 #[test]
 fn layers_see_the_same_in_a_wave_as_by_itself() {
-    for text in [ROOM_WITH_LAMPS, OUTDOORS] {
+    for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()] {
         let job = job(text);
         let (expected, found) = (one_by_one(&job), in_waves(&job, WAVE, true));
         assert_eq!(bits(&found.radiances), bits(&expected.radiances));
