@@ -179,7 +179,8 @@ fn mask(is_so: bool) -> u32 {
     if is_so { !0 } else { 0 }
 }
 
-/// Whether a ray that ends at `end` meets the triangle that has these corners in its sheared space, and whether one edge function is 0.
+/// Returns `true` if a ray that ends at `end` meets the triangle that has these corners in its sheared space; and `true` if also one
+/// edge function is 0.
 #[inline(always)]
 fn verdict(a: (f32, f32, f32), b: (f32, f32, f32), c: (f32, f32, f32), end: f32) -> (bool, bool) {
     let [e0, e1, e2] = [

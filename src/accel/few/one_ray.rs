@@ -52,7 +52,7 @@ impl Lots {
         })
     }
 
-    /// The triangle that a bit stands for.
+    /// The triangle of a bit.
     #[inline(always)]
     pub(super) fn triangle(&self, bit: u32) -> usize {
         let (lane, lot) = (bit as usize / LANES, bit as usize % LANES);

@@ -17,7 +17,7 @@ fn grid(n: u32, copies: usize) -> MeshData {
     )
 }
 
-/// From anywhere to anywhere, some of them along axes, through corners of the grid, of limited length, or no rays at all.
+/// From anywhere into the cube, some of them along axes, through corners of the grid, of limited length, or no rays at all.
 fn rays(seed: u64) -> Vec<Ray> {
     let mut random = Random(seed);
     let ray = |i: usize| {
@@ -31,7 +31,7 @@ fn rays(seed: u64) -> Vec<Ray> {
             4 if i % 40 == 4 => ray.d.y = f32::NAN,
             4 if i % 40 == 12 => ray.o.x = f32::INFINITY,
             4 => ray.d = Vec3::new(ray.d.x, ray.d.y, 0.0).normalize(),
-            _ => {}
+            _ => ray.d = (random.cube() - ray.o).normalize(),
         }
         ray
     };
@@ -90,7 +90,7 @@ fn one_ray_and_many_and_the_tree_find_the_same() {
             hits += usize::from(expected.is_some());
         }
     }
-    assert!(hits > 2000 && ties > 10, "{hits} {ties}");
+    assert!(hits > 1000 && ties > 50, "{hits} {ties}");
 }
 
 #[test]
