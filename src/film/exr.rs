@@ -7,6 +7,8 @@
 //! well-converged render's noise. Scan lines in ZIP blocks of 16, data window = crop window, display window = full
 //! image, Rec. 709 primaries.
 
+mod zip;
+
 use super::encoding::half;
 use super::layers::light_channels;
 use super::{Encoding, FilmMetadata, Image, LayerSet, Photograph};
@@ -85,17 +87,17 @@ impl Channel<'_> {
         }
     }
 
-    /// Writes pixels from number `first` on, in the machine's order of bytes: the encoder makes it the file's.
+    /// Writes pixels from number `first` on, little-endian.
     fn write(&self, first: usize, width: usize, bytes: &mut [u8]) {
         let line = { self.values.get(first..first + width) }.unwrap_or_default();
         let values = line.iter().map(|value| value[self.component]);
         if self.halves {
             for (bytes, value) in bytes.chunks_exact_mut(2).zip(values) {
-                bytes.copy_from_slice(&half(value).to_ne_bytes());
+                bytes.copy_from_slice(&half(value).to_le_bytes());
             }
         } else {
             for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
-                bytes.copy_from_slice(&value.to_ne_bytes());
+                bytes.copy_from_slice(&value.to_le_bytes());
             }
         }
     }
@@ -171,7 +173,7 @@ fn compress(
                 }
             },
         );
-        UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)
+        zip::chunk(index, image.bounds.min.y as i32, data)
     };
     // Outside, rayon would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
     let in_a_pool = rayon::current_thread_index().is_some();
