@@ -128,6 +128,10 @@ impl Shears {
     }
 
     #[inline(always)]
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "a loop over several rows, which vector instructions are made of"
+    )]
     fn sheared(&self, p: Vec3) -> Sheared {
         let mut sheared = [[0.0; RAYS]; 3];
         let p = p.to_array();
