@@ -60,6 +60,9 @@ pub(super) fn encode(
         .with_attributes(layer_attributes(image, metadata))
         .with_shared_attributes(image_attributes(image));
     let mut bytes = Vec::new();
+    // No block is larger than its numbers, and what has to move while it grows is there twice. Where there is no room for as much, the packed
+    // file may still have it.
+    let _ = bytes.try_reserve_exact(header.total_pixel_bytes() + HEAD);
     let file = Cursor::new(&mut bytes);
     write_chunks_with(file, [header].into_iter().collect(), true, |meta, file| {
         compress(image, &channels, &meta, file)
@@ -67,6 +70,9 @@ pub(super) fn encode(
     sort_attributes(&mut bytes)?;
     Ok(bytes)
 }
+
+/// Bytes for what comes before the blocks, and for their heads, that are seldom too few.
+const HEAD: usize = 1 << 16;
 
 /// A channel of the file.
 struct Channel<'a> {
