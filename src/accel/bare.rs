@@ -9,14 +9,11 @@ use super::{Geometry, PrimitiveAttributes, Standing};
 use crate::handles::MaterialId;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
-use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
 use crate::math::{DVec3, Vec2};
 use crate::shapes::triangle::{Orientation, Triangle};
-
-/// Loops run over whole vectors of the widest kind.
-pub(super) const WHOLE: usize = 16;
 
 /// A triangle of which nothing but the point is asked, and the normals there.
 #[derive(Clone, Copy)]
@@ -192,7 +189,7 @@ impl<const N: usize> Kernel for Parameters<'_, N> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
             self.hits.compute_parameters(i);
         }
     }

@@ -3,12 +3,12 @@
 //! The function that serves a single hit is run in a loop over rows of numbers that has no branch, so that it is compiled to vector
 //! instructions ([`crate::math::instruction_set`]). Bits are those of one at a time.
 
-use super::bare::{BareHits, BareTriangle, WHOLE};
+use super::bare::{BareHits, BareTriangle};
 use super::search::ClosestHit;
 use crate::math::Vec3;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
-use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
 use crate::shapes::local::Local;
@@ -99,7 +99,7 @@ impl<const N: usize> Kernel for SideBySide<'_, N> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
             self.hits.compute(i);
         }
     }

@@ -1,11 +1,11 @@
 //! Hits of triangles with normals at their corners, resolved side by side as those of [flat ones](super::flat).
 
-use super::bare::{BareHits, BareTriangle, WHOLE};
+use super::bare::{BareHits, BareTriangle};
 use super::search::ClosestHit;
 use crate::math::Vec3;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
-use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
 use crate::shapes::local::Local;
@@ -115,7 +115,7 @@ impl<const N: usize> Kernel for SideBySide<'_, N> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
             self.hits.compute(i);
         }
     }

@@ -7,8 +7,6 @@
 //! well-converged render's noise. Scan lines in ZIP blocks of 16, data window = crop window, display window = full
 //! image, Rec. 709 primaries.
 
-mod zip;
-
 use super::encoding::half;
 use super::layers::light_channels;
 use super::{Encoding, FilmMetadata, Image, LayerSet, Photograph};
@@ -60,9 +58,6 @@ pub(super) fn encode(
         .with_attributes(layer_attributes(image, metadata))
         .with_shared_attributes(image_attributes(image));
     let mut bytes = Vec::new();
-    // No block is larger than its numbers, and what has to move while it grows is there twice. Where there is no room for as much, the packed
-    // file may still have it.
-    let _ = bytes.try_reserve_exact(header.total_pixel_bytes() + HEAD);
     let file = Cursor::new(&mut bytes);
     write_chunks_with(file, [header].into_iter().collect(), true, |meta, file| {
         compress(image, &channels, &meta, file)
@@ -70,9 +65,6 @@ pub(super) fn encode(
     sort_attributes(&mut bytes)?;
     Ok(bytes)
 }
-
-/// Bytes for what comes before the blocks, and for their heads, that are seldom too few.
-const HEAD: usize = 1 << 16;
 
 /// A channel of the file.
 struct Channel<'a> {
@@ -93,17 +85,17 @@ impl Channel<'_> {
         }
     }
 
-    /// Writes pixels from number `first` on, little-endian.
+    /// Writes pixels from number `first` on, in the machine's order of bytes: the encoder makes it the file's.
     fn write(&self, first: usize, width: usize, bytes: &mut [u8]) {
         let line = { self.values.get(first..first + width) }.unwrap_or_default();
         let values = line.iter().map(|value| value[self.component]);
         if self.halves {
             for (bytes, value) in bytes.chunks_exact_mut(2).zip(values) {
-                bytes.copy_from_slice(&half(value).to_le_bytes());
+                bytes.copy_from_slice(&half(value).to_ne_bytes());
             }
         } else {
             for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
-                bytes.copy_from_slice(&value.to_le_bytes());
+                bytes.copy_from_slice(&value.to_ne_bytes());
             }
         }
     }
@@ -179,7 +171,7 @@ fn compress(
                 }
             },
         );
-        zip::chunk(index, image.bounds.min.y as i32, data)
+        UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)
     };
     // Outside, rayon would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
     let in_a_pool = rayon::current_thread_index().is_some();

@@ -3,6 +3,7 @@
 //! branches instead of four).
 
 use super::Vec2;
+use super::sampling::BELOW_ONE;
 
 /// Halvings of a cell at most: sides of 1/256.
 const MAX_DEPTH: u32 = 16;
@@ -106,13 +107,13 @@ impl AdaptiveDensity {
             let is_high = u[axis] >= low;
             let share = if is_high { 1.0 - low } else { low };
             let rest = if is_high { u[axis] - low } else { u[axis] };
-            u[axis] = (rest / share).clamp(0.0, BELOW_1);
+            u[axis] = (rest / share).clamp(0.0, BELOW_ONE);
             min[axis] += if is_high { side[axis] } else { 0.0 };
             density *= 2.0 * share;
             node = &self.nodes[node.halves as usize + usize::from(is_high)];
             axis = 1 - axis;
         }
-        let at = [0, 1].map(|i| (min[i] + u[i] * side[i]).min(BELOW_1));
+        let at = [0, 1].map(|i| (min[i] + u[i] * side[i]).min(BELOW_ONE));
         (at.into(), density)
     }
 
@@ -130,9 +131,6 @@ impl AdaptiveDensity {
         density
     }
 }
-
-/// The largest number below 1.
-const BELOW_1: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Which half of its cell after `depth` halvings a point is in: bits of its coordinates in turn.
 fn half(at: Vec2, depth: u32) -> usize {
@@ -205,7 +203,7 @@ mod tests {
     #[test]
     fn odd_samples_do_no_harm() {
         assert!(AdaptiveDensity::new(&mut [], 10).is_none());
-        let at = Vec2::splat(BELOW_1);
+        let at = Vec2::splat(BELOW_ONE);
         for square in [0.0, f64::NAN, f64::INFINITY] {
             assert!(AdaptiveDensity::new(&mut [Found { at, square }], 10).is_none());
         }

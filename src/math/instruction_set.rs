@@ -11,6 +11,9 @@
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 
+/// Numbers of single precision in a vector of the widest set. Loops run over whole ones, whatever is in the places that are too many.
+pub const WIDEST: usize = 16;
+
 /// A computation to be compiled for several instruction sets. `run` and everything it calls must be
 /// `#[inline(always)]`: functions that are not inlined use only the baseline instructions.
 pub trait Kernel {

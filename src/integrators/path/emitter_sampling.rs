@@ -10,7 +10,7 @@ use crate::integrators::vertex::{SurfaceVertex, Vertex};
 use crate::integrators::volpath::transmittance;
 use crate::lights::LightSelector;
 use crate::math::ray::Ray;
-use crate::math::sampling::power_heuristic;
+use crate::math::sampling::{BELOW_ONE, power_heuristic};
 use crate::math::{Rgb, Vec2, Vec3, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
@@ -173,12 +173,9 @@ pub(super) fn choose(
         return selector.sample(from, within);
     }
     let choice = (number as f32 + within) / all as f32;
-    let (light, pmf) = selector.sample(from, choice.min(BELOW_1))?;
+    let (light, pmf) = selector.sample(from, choice.min(BELOW_ONE))?;
     Some((light, pmf * all as f32))
 }
-
-/// The largest number below 1.
-const BELOW_1: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// The estimate by a light sample of this density, where BSDF sampling may find the same with another.
 #[inline(always)]

@@ -9,7 +9,7 @@ use crate::bsdf::{Scatterer, ScattererRows};
 use crate::handles::LightId;
 use crate::lights::{Glow, Light};
 use crate::math::color::is_black;
-use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
 use crate::math::{Rgb, Vec2};
@@ -19,9 +19,6 @@ use crate::world::World;
 
 /// Vertices side by side.
 const ROOM: usize = 64;
-
-/// Loops run over whole vectors of the widest kind: there are numbers in all places.
-const WHOLE: usize = 16;
 
 /// Of each light so many vertices must come together that it pays, so lights must be few.
 const LIGHTS: usize = 4;
@@ -256,7 +253,7 @@ impl<E: BranchlessEmitter, S: Scatterer> Kernel for SideBySide<'_, E, S> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        let whole = self.count.next_multiple_of(WHOLE).min(ROOM);
+        let whole = self.count.next_multiple_of(WIDEST).min(ROOM);
         for i in 0..whole {
             let sample = self.vertices.sample(i, &self.emitter, &self.glow);
             self.samples.set(i, sample);

@@ -8,14 +8,11 @@ use crate::math::float::offset_ray_origin;
 use crate::math::frame::Frame;
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
-use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::rows::Rows3;
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::surface::{ReferencePoint, SurfaceHit};
 use arrayvec::ArrayVec;
-
-/// Loops run over whole vectors of the widest kind: there are numbers in all places.
-const WHOLE: usize = 16;
 
 /// Up to `N` of them. Those on flat matte or smooth coated triangles come first.
 pub(super) struct Vertices<S: Scatterer, const N: usize> {
@@ -330,7 +327,7 @@ impl<const N: usize> Kernel for PlaceSmooth<'_, N> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
             let point = self.hits.point(i);
             let frame = Frame::from_normal(point.shading_n);
             self.vertices.p.set(i, point.p);
@@ -352,7 +349,7 @@ impl<const N: usize> Kernel for Finish<'_, N> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
             self.vertices.scatterers.finish(i);
         }
     }
@@ -370,7 +367,7 @@ impl<const N: usize> Kernel for Place<'_, N> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
             let (point, wo) = self.hits.point(i);
             self.vertices.place_at(i, point, wo);
         }
@@ -388,7 +385,7 @@ impl<S: Scatterer, const N: usize> Kernel for Sample<'_, S, N> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WHOLE).min(N) {
+        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
             self.vertices.sample_at(i);
         }
     }
