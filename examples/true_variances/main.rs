@@ -1,8 +1,8 @@
 //! Writes `docs/generated/variances.md` and `variances_power.md`: whether the variances of `render --variance` are true, and what they cost.
 //!
 //! `cargo run --release --features studies --example true_variances` renders 400 images in two halves and 400 of one set for every sampler on
-//! the scenes of `examples/sampler_curves` and on the Cornell box, and 200 pairs of the whole Cornell box: hours of a
-//! processor. Arguments: other numbers of images and of pairs; 0 leaves the page as it is.
+//! the scenes of `examples/sampler_curves` and on the Cornell box, and 200 pairs of the whole Cornell box, on all processors: two
+//! hours of one. Arguments: other numbers of images and of pairs; 0 leaves the page as it is.
 //!
 //! What the images really scatter by is that of their pixels from image to image, and the expectation is their mean.
 
@@ -23,6 +23,7 @@ use fstop::render::{Progress, RenderJob, TILE_SIZE, render, render_halves};
 use fstop::samplers::{Points, Sampler, SamplerSpec, Stratified};
 use fstop::scene::{ReadSettings, read_scene};
 use fstop::syntax::SourceMap;
+use rayon::prelude::*;
 use std::error::Error;
 use std::fmt::Write;
 use std::path::Path;
@@ -77,9 +78,8 @@ fn truth(images: u64) -> Result<String, Box<dyn Error>> {
     page += "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
     let (mut logarithm, mut count) = (0.0, 0.0);
     for scene in SCENES {
-        let mut job = job(scene, 32 * 32)?;
         for (name, spec) in samplers() {
-            let measured = measure(&mut job, &spec, images);
+            let measured = measure(scene, &spec, images);
             logarithm += measured.cost.ln();
             count += 1.0;
             write!(page, "| {scene} | {name} | {:.2} |", measured.cost)?;
@@ -162,17 +162,19 @@ fn estimate(image: &Image) -> Estimate<'_> {
     }
 }
 
-fn measure(job: &mut RenderJob, spec: &SamplerSpec, count: u64) -> Measured {
-    let halved = (0..count).map(|i| in_halves(job, spec, 2 * i));
+fn measure(scene: &str, spec: &SamplerSpec, count: u64) -> Measured {
+    let job = || job(scene, 32 * 32).expect("a scene");
+    let seeds = (0..count).into_par_iter();
+    let halved = { seeds.clone() }.map_init(job, |job, i| in_halves(job, spec, 2 * i));
     let halved: Vec<Image> = halved.collect();
-    let whole = (0..count).map(|i| of_one_set(job, spec, 2 * i + 1));
+    let whole = seeds.map_init(job, |job, i| of_one_set(job, spec, 2 * i + 1));
     let whole: Vec<Image> = whole.collect();
     let [of_halves, of_sets] = [&halved, &whole].map(|images| scatter(images));
     Measured {
         cost: of_halves / of_sets,
         real: [of_halves / stored(&halved), of_sets / stored(&whole)],
         coverage: coverage(&halved, &mean(&halved)),
-        alarms: { halved.chunks_exact(2) }
+        alarms: { halved.par_chunks_exact(2) }
             .filter(|pair| differ(&pair[0], &pair[1]))
             .count(),
     }
@@ -233,21 +235,24 @@ fn coverage(images: &[Image], truth: &Image) -> Vec<f64> {
         pool: None,
         samples: None,
     };
-    let mut inside = vec![[0.0; 2]; SIDES.len() + 1];
-    for image in images {
-        let own = estimate(image);
-        let noisy = image.variance.as_ref().expect("films have variances");
-        for (side, inside) in SIDES.into_iter().chain([u32::MAX]).zip(&mut inside) {
-            let p = block_p_values(&own, &exact, &options, side).expect("of one size");
-            for (p, v) in p.pixels.iter().zip(noisy) {
-                for channel in (0..3).filter(|&c| v[c] > 0.0) {
-                    inside[0] += f64::from(u8::from(p[channel] >= 0.05));
-                    inside[1] += 1.0;
-                }
-            }
-        }
-    }
-    inside.iter().map(|[inside, all]| inside / all).collect()
+    let inside = |side: u32| {
+        let [inside, all] = { images.par_iter() }
+            .map(|image| held(image, &exact, &options, side))
+            .reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        inside as f64 / all as f64
+    };
+    SIDES.into_iter().chain([u32::MAX]).map(inside).collect()
+}
+
+/// Intervals of blocks that hold the truth, and all, each block once for every noisy channel of a pixel in it.
+fn held(image: &Image, truth: &Estimate, options: &Options, side: u32) -> [u64; 2] {
+    let p = block_p_values(&estimate(image), truth, options, side).expect("of one size");
+    let noisy = image.variance.as_ref().expect("films have variances");
+    let pixels = p.pixels.iter().zip(noisy);
+    let channels = pixels.flat_map(|(p, v)| (0..3).filter(|&c| v[c] > 0.0).map(move |c| p[c]));
+    channels.fold([0, 0], |[held, all], p| {
+        [held + u64::from(p >= 0.05), all + 1]
+    })
 }
 
 /// How often half a percent more light is found in the Cornell box, and how often a difference where there is none.
@@ -256,21 +261,16 @@ fn power(pairs: u64) -> Result<String, Box<dyn Error>> {
         format!("{HEAD}Differences found by `compare` as it is, {SPP} samples a pixel.\n\n");
     text +=
         "| Cornell box, 300 × 300 pixels | of the same | of 0.5 % more light |\n|---|---:|---:|\n";
-    let mut job = job("cornell", 300 * 300)?;
+    let job = || job("cornell", 300 * 300).expect("a scene");
     // The scene's own.
     for (name, spec) in samplers().into_iter().filter(|(name, _)| *name == "sobol") {
-        let mut found = [0u64; 2];
-        for i in 0..pairs {
-            let [a, b] = [0, 1].map(|k| in_halves(&mut job, &spec, 10_000 + 2 * i + k));
-            for (factor, found) in [1.0, 1.005].into_iter().zip(&mut found) {
-                let mut brighter = a.clone();
-                brighter.pixels.iter_mut().for_each(|p| *p *= factor as f32);
-                let both = [brighter.variance.as_mut(), brighter.independent.as_mut()];
-                let variances = both.into_iter().flatten().flatten();
-                variances.for_each(|v| *v *= (factor * factor) as f32);
-                *found += u64::from(differ(&brighter, &b));
-            }
-        }
+        let of_pair = |job: &mut RenderJob, i: u64| {
+            let [a, b] = [0, 1].map(|k| in_halves(job, &spec, 10_000 + 2 * i + k));
+            [1.0, 1.005].map(|factor| u64::from(differ(&times(&a, factor), &b)))
+        };
+        let found = { (0..pairs).into_par_iter() }
+            .map_init(job, of_pair)
+            .reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
         writeln!(
             text,
             "| {name}: found in | {} of {pairs} | {} of {pairs} |",
@@ -279,4 +279,13 @@ fn power(pairs: u64) -> Result<String, Box<dyn Error>> {
         eprintln!("{}", text.lines().last().unwrap_or_default());
     }
     Ok(text)
+}
+
+fn times(image: &Image, factor: f64) -> Image {
+    let mut brighter = image.clone();
+    brighter.pixels.iter_mut().for_each(|p| *p *= factor as f32);
+    let both = [brighter.variance.as_mut(), brighter.independent.as_mut()];
+    let variances = both.into_iter().flatten().flatten();
+    variances.for_each(|v| *v *= (factor * factor) as f32);
+    brighter
 }

@@ -103,7 +103,7 @@ impl Scale {
 }
 
 /// How far a point is from a camera, and how sharp it is seen.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct DepthAndBlur {
     /// Distance from the plane through the camera's position across its axis, in scene units, negative behind it: for
     /// `realistic`, whose position is that of its film, from the film's plane. For `environment`, which has no axis, from its

@@ -27,7 +27,7 @@ pub use connection::{Aim, Landing, LensSample};
 pub use environment::{Environment, EnvironmentSpec};
 #[cfg(any(test, feature = "internals"))]
 pub use kinds::CAMERA_NAMES;
-pub use kinds::{Camera, CameraSpec, Depths};
+pub use kinds::{Camera, CameraSpec, DepthAndBlur, Depths};
 pub use projective::{Projective, ProjectiveSpec};
 #[cfg(any(test, feature = "internals"))]
 pub use realistic::{Band, Exposure, Form, Weighting, pbrt_pupil_box};

@@ -90,7 +90,7 @@ impl PixelSum {
     pub(super) const LEAF: u32 = 16;
 
     /// Adds the next sample.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add(&mut self, value: Rgb) {
         let value = value.as_dvec3();
         if self.count == 0 {

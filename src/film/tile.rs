@@ -139,7 +139,7 @@ impl Tile {
     }
 
     /// Like [`add_sample`](Self::add_sample), with a weight per channel.
-    #[inline]
+    #[inline(always)]
     pub fn add_colored_sample(&mut self, pixel: UVec2, radiance: Rgb, weight: Rgb) -> bool {
         let Some(index) = self.bounds.index(pixel) else {
             return true;

@@ -128,6 +128,9 @@ impl Integrator {
     }
 
     /// For a thread that walks paths in `world`.
+    ///
+    /// Never inlined: it is made on the stack, and the recursion that divides the tiles would have room for it at each level.
+    #[inline(never)]
     pub fn workspace(&self, world: &World) -> Workspace {
         let wave = match &self.spec {
             IntegratorSpec::Path(_) => Some(Box::new(Wave::new(world))),

@@ -32,19 +32,19 @@ pub struct Place {
 pub struct Watch {
     last: Option<Place>,
     wrong: bool,
-    /// If paths are to be counted.
-    pub counts: Option<Counts>,
+    /// If paths are to be counted. Apart, as what follows: a wave of watches is to be small.
+    pub counts: Option<Box<Counts>>,
     /// If layers are wanted: what the path meets first. Only integrators that trace a path fill it.
     pub sight: Option<Sight>,
     /// If layers of light are wanted: what the path brings, by them.
-    pub parts: Option<LightParts>,
+    pub parts: Option<Box<LightParts>>,
 }
 
 impl Watch {
     /// One that counts, from `counts` on.
     pub fn counting(counts: Counts) -> Watch {
         Watch {
-            counts: Some(counts),
+            counts: Some(Box::new(counts)),
             ..Watch::default()
         }
     }
@@ -55,7 +55,7 @@ impl Watch {
         let sight = self.sight.get_or_insert_default();
         sight.restart(layers.contains(Layer::Uv));
         if layers.lights() > 0 {
-            self.parts = Some(LightParts::default());
+            **self.parts.get_or_insert_default() = LightParts::default();
         }
     }
 

@@ -3,6 +3,7 @@
 use super::Rgb;
 
 /// Relative luminance of linear RGB.
+#[inline(always)]
 pub fn luminance(rgb: Rgb) -> f32 {
     0.212_671 * rgb.x + 0.715_16 * rgb.y + 0.072_169 * rgb.z
 }

@@ -1,7 +1,7 @@
 //! What a camera sample tells the image's layers.
 
 use super::{OfAll, PendingSample, RenderJob};
-use crate::cameras::{CameraRay, Depths};
+use crate::cameras::{CameraRay, DepthAndBlur, Depths};
 use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, Sight, first_surfaces};
@@ -129,17 +129,20 @@ fn told((job, all): (&RenderJob, &OfAll), found: &FirstSurfaces) -> LayerSample 
         }
         false => MatteId::default(),
     };
-    let depths = all.shown.depths.as_ref();
-    let at = depths.map(|depths| depths.at(found.p, found.ray.time));
+    // Not by `map`, whose function is not always inlined.
+    let at = match &all.shown.depths {
+        Some(depths) => depths.at(found.p, found.ray.time),
+        None => DepthAndBlur::default(),
+    };
     let (albedo, normal) = found.finite();
     LayerSample {
         position: found.p.as_dvec3() + job.world_from_render,
-        depth: at.map_or(0.0, |at| at.depth),
+        depth: at.depth,
         uv,
         material: job.mattes.material(found.material),
         instance,
         motion: motion(job, found),
-        coc: at.map_or(0.0, |at| at.coc),
+        coc: at.coc,
         albedo,
         // Render space is world space moved.
         normal,

@@ -171,6 +171,7 @@ struct Worker<'a> {
 
 impl Worker<'_> {
     /// Returns `false` if some of the chunk's paths are left.
+    #[inline(never)]
     fn trace_chunk(&self, chunk: Range<u64>, in_time: impl Fn() -> bool) -> bool {
         // There are as many as threads: one is left.
         let buffer = lock(&self.buffers).pop();

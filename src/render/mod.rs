@@ -36,6 +36,7 @@ use crate::film::{Developed, DroppedSample, Film, FilmSpec, Kept, LightShare, Pi
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
 use crate::integrators::{CameraEnd, CameraPath, Counts, GhostLight, Integrator, WAVE, Workspace};
+use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
@@ -198,6 +199,10 @@ fn unlocked<T>(shared: Mutex<T>) -> T {
 }
 
 /// Renders a range of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
+///
+/// Never inlined: rayon divides the tiles by a recursion, each level of which would have the arrays of a wave on its stack. Threads that
+/// wait take up other work there, so that with many threads there are many levels.
+#[inline(never)]
 fn sample_tile(
     job: &RenderJob,
     sampler: &Sampler,
@@ -252,16 +257,16 @@ fn sample_tile(
             let camera = (samples.as_slice(), rays.as_slice());
             let own = (&mut *workspace, looks.as_mut_slice());
             let radiances = radiances(shown, camera, &mut waiting, own);
-            let mut radiances = radiances.into_iter();
-            let mut looks = looks.iter();
-            for (waiting, ray) in waiting.iter().zip(&rays) {
-                let radiance = ray.as_ref().and_then(|_| radiances.next());
-                let (ray, radiance) = (ray.as_ref(), radiance.unwrap_or_default());
-                if let Some(Look { watch, stream }) = looks.next() {
-                    layers::add(shown, waiting, (ray, radiance), (stream, watch), tile);
-                }
-                waiting.finish(ray, radiance, tile);
-            }
+            let radiances = radiances.as_slice();
+            let looks = looks.as_slice();
+            let samples = (waiting.as_slice(), rays.as_slice());
+            vectorize::<WIDEST, _>(Finish {
+                shown,
+                samples,
+                radiances,
+                looks,
+                tile: &mut *tile,
+            });
             waiting.clear();
         }
         samples.clear();
@@ -294,6 +299,37 @@ fn radiances(
     paths.extend(all_paths.filter_map(path));
     let (integrator, world) = (&job.integrator, &job.world);
     integrator.radiances(world, &mut paths, workspace)
+}
+
+/// The end of a wave: what its samples show and bring is added to the tile.
+struct Finish<'a> {
+    shown: (&'a RenderJob, &'a OfAll<'a>),
+    samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
+    /// Of those that have a ray.
+    radiances: &'a [Rgb],
+    /// One for each sample, if there are layers.
+    looks: &'a [Look],
+    tile: &'a mut Tile,
+}
+
+impl Kernel for Finish<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) {
+        let mut radiances = self.radiances.iter();
+        let mut looks = self.looks.iter();
+        for (waiting, ray) in self.samples.0.iter().zip(self.samples.1) {
+            let ray = ray.as_ref();
+            let radiance = ray.and_then(|_| radiances.next());
+            let radiance = radiance.copied().unwrap_or_default();
+            if let Some(Look { watch, stream }) = looks.next() {
+                let brought = (ray, radiance);
+                layers::add(self.shown, waiting, brought, (stream, watch), self.tile);
+            }
+            waiting.finish(ray, radiance, self.tile);
+        }
+    }
 }
 
 /// Repeats a dropped sample of `sampler` and returns where on its path it failed; `None` if there was no path. Samples

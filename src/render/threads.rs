@@ -3,6 +3,10 @@
 /// Maximum number of threads for each processor: more only cost memory and time.
 pub(crate) const THREADS_PER_PROCESSOR: usize = 8;
 
+/// Bytes of a thread's stack. Only what is used of it takes memory. A tile takes up to half a megabyte, and threads that wait take up other
+/// work on top of what they wait for: 2 megabytes, the default, have been too few for 8 of 16 processors.
+const STACK: usize = 16 << 20;
+
 /// The number of threads that are started where so many are requested; 0 requests one for each processor.
 pub(crate) fn threads_started(requested: usize) -> usize {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
@@ -19,7 +23,10 @@ pub(crate) fn on_threads<T: Send>(
     work: impl FnOnce() -> T + Send,
 ) -> Result<T, String> {
     let threads = threads_started(requested);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(STACK)
+        .build();
     let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
     Ok(pool.install(work))
 }

@@ -19,7 +19,8 @@ pub(super) enum Worked {
     Stopped(Tile),
 }
 
-/// Renders what the checkpoint does not have of `unit`: samples of the pixels in `bounds`.
+/// Renders what the checkpoint does not have of `unit`: samples of the pixels in `bounds`. Never inlined, as [`sample_tile`].
+#[inline(never)]
 pub(super) fn work(
     job: &RenderJob,
     sampler: &Sampler,

@@ -250,6 +250,7 @@ impl RenderJob {
         pairs.collect()
     }
 
+    #[inline(never)]
     fn luminance_in_parts(
         &self,
         sampler: &Sampler,
