@@ -26,6 +26,7 @@ mod mixed_interiors;
 mod null_boundaries;
 mod ptex;
 mod references;
+mod stacks;
 mod tables;
 mod volumes;
 mod watertight;
