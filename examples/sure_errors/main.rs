@@ -2,7 +2,7 @@
 //! whether their intervals hold the truth.
 //!
 //! `cargo run --release --features studies --example sure_errors` renders 40 scenes of `tests/scenes/census` with 16 × 16 pixels, 200 seeds each,
-//! with and without the confidence, on all processors: two hours of one. The argument is another number of seeds.
+//! with and without the confidence, on all processors: half an hour of one. The argument is another number of seeds.
 
 #![allow(
     clippy::unwrap_used,

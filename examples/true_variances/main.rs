@@ -1,8 +1,8 @@
 //! Writes `docs/generated/variances.md` and `variances_power.md`: whether the variances of `render --variance` are true, and what they cost.
 //!
 //! `cargo run --release --features studies --example true_variances` renders 400 images in two halves and 400 of one set for every sampler on
-//! the scenes of `examples/sampler_curves` and on the Cornell box, and 200 pairs of the whole Cornell box, on all processors: two
-//! hours of one. Arguments: other numbers of images and of pairs; 0 leaves the page as it is.
+//! the scenes of `examples/sampler_curves` and on the Cornell box, and 200 pairs of the whole Cornell box, on all processors: an
+//! hour of one. Arguments: other numbers of images and of pairs; 0 leaves the page as it is.
 //!
 //! What the images really scatter by is that of their pixels from image to image, and the expectation is their mean.
 
@@ -60,6 +60,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         .skip(1)
         .map(|a| a.parse().unwrap())
         .collect();
+    // Threads that wait for the tiles of one image take up others on top.
+    let threads = rayon::ThreadPoolBuilder::new().stack_size(64 << 20);
+    threads.build_global()?;
     let images = counts.first().copied().unwrap_or(400);
     let pairs = counts.get(1).copied().unwrap_or(200);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/generated");

@@ -129,7 +129,7 @@ impl Integrator {
 
     /// For a thread that walks paths in `world`.
     ///
-    /// Never inlined: it is made on the stack, and the recursion that divides the tiles would have room for it at each level.
+    /// Never inlined: it is made on the stack, where the recursion that divides the tiles would keep room for it at each level.
     #[inline(never)]
     pub fn workspace(&self, world: &World) -> Workspace {
         let wave = match &self.spec {

@@ -32,7 +32,7 @@ pub struct Place {
 pub struct Watch {
     last: Option<Place>,
     wrong: bool,
-    /// If paths are to be counted. Apart, as what follows: a wave of watches is to be small.
+    /// If paths are to be counted. Boxed, as `parts`, so that a wave of watches stays in a near cache.
     pub counts: Option<Box<Counts>>,
     /// If layers are wanted: what the path meets first. Only integrators that trace a path fill it.
     pub sight: Option<Sight>,

@@ -170,7 +170,7 @@ struct Worker<'a> {
 }
 
 impl Worker<'_> {
-    /// Returns `false` if some of the chunk's paths are left.
+    /// Returns `false` if some of the chunk's paths are left. Never inlined, as [`super::sample_tile`].
     #[inline(never)]
     fn trace_chunk(&self, chunk: Range<u64>, in_time: impl Fn() -> bool) -> bool {
         // There are as many as threads: one is left.

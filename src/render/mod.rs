@@ -200,8 +200,8 @@ fn unlocked<T>(shared: Mutex<T>) -> T {
 
 /// Renders a range of the sampler's samples in every pixel of a tile, a bundle of camera rays at a time.
 ///
-/// Never inlined: rayon divides the tiles by a recursion, each level of which would have the arrays of a wave on its stack. Threads that
-/// wait take up other work there, so that with many threads there are many levels.
+/// Never inlined: rayon divides the tiles by a recursion, each level of which would have the arrays of a wave on the stack. A thread that
+/// waits for another takes up other work on top, so that with many threads there are many levels.
 #[inline(never)]
 fn sample_tile(
     job: &RenderJob,

@@ -3,9 +3,10 @@
 /// Maximum number of threads for each processor: more only cost memory and time.
 pub(crate) const THREADS_PER_PROCESSOR: usize = 8;
 
-/// Bytes of a thread's stack. Only what is used of it takes memory. A tile takes up to half a megabyte, and threads that wait take up other
-/// work on top of what they wait for: 2 megabytes, the default, have been too few for 8 of 16 processors.
-const STACK: usize = 16 << 20;
+/// Bytes of a thread's stack, as many as a program's first thread mostly has; only what is used takes memory. A tile of the Cornell box takes
+/// between a quarter and half a megabyte, and a thread that waits takes up other work on top of what it waits for: 2 megabytes, the
+/// default, were too few for 8 threads on 16 processors when each level of that held a tile's arrays.
+const STACK: usize = 8 << 20;
 
 /// The number of threads that are started where so many are requested; 0 requests one for each processor.
 pub(crate) fn threads_started(requested: usize) -> usize {

@@ -1,6 +1,6 @@
 //! Threads need little stack, however many there are.
 //!
-//! rayon divides tiles by a recursion, and a thread that waits for another takes up other work on top: a level of that must not hold what a
+//! rayon divides tiles by a recursion, and a thread that waits for another takes up other work on top: no level of that may hold what a
 //! tile takes. With a wave's arrays in each, 2 megabytes were too few on 16 processors.
 
 use fstop::build::build;

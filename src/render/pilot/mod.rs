@@ -250,6 +250,7 @@ impl RenderJob {
         pairs.collect()
     }
 
+    /// Never inlined, as [`sample_tile`](super::sample_tile).
     #[inline(never)]
     fn luminance_in_parts(
         &self,
