@@ -9,8 +9,10 @@
 
 use super::encoding::half;
 use super::layers::light_channels;
+use super::zip_block;
 use super::{Encoding, FilmMetadata, Image, LayerSet, Photograph};
 use crate::math::{DMat4, Rgb};
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use ::exr::block::lines::LineRefMut;
 use ::exr::block::writer::{ChunksWriter, write_chunks_with};
 use ::exr::block::{BlockIndex, UncompressedBlock};
@@ -85,17 +87,17 @@ impl Channel<'_> {
         }
     }
 
-    /// Writes pixels from number `first` on, in the machine's order of bytes: the encoder makes it the file's.
+    /// Writes pixels from number `first` on, in the file's order of bytes.
     fn write(&self, first: usize, width: usize, bytes: &mut [u8]) {
         let line = { self.values.get(first..first + width) }.unwrap_or_default();
         let values = line.iter().map(|value| value[self.component]);
         if self.halves {
             for (bytes, value) in bytes.chunks_exact_mut(2).zip(values) {
-                bytes.copy_from_slice(&half(value).to_ne_bytes());
+                bytes.copy_from_slice(&half(value).to_le_bytes());
             }
         } else {
             for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
-                bytes.copy_from_slice(&value.to_ne_bytes());
+                bytes.copy_from_slice(&value.to_le_bytes());
             }
         }
     }
@@ -161,7 +163,7 @@ fn compress(
 ) -> Result<(), Error> {
     let header = meta.headers.first().ok_or_else(broken)?;
     let width = image.bounds.size().x as usize;
-    let block = |index: BlockIndex| {
+    let block = |index: BlockIndex| -> Result<Chunk, Error> {
         let data = UncompressedBlock::collect_block_data_from_lines(
             &header.channels,
             index,
@@ -171,7 +173,15 @@ fn compress(
                 }
             },
         );
-        UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)
+        let block = CompressedScanLineBlock {
+            y_coordinate: header.own_attributes.layer_position.y()
+                + index.pixel_position.y() as i32,
+            compressed_pixels_le: zip_block::compress(data)?,
+        };
+        Ok(Chunk {
+            layer_index: index.layer,
+            compressed_block: CompressedBlock::ScanLine(block),
+        })
     };
     // Outside, rayon would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
     let in_a_pool = rayon::current_thread_index().is_some();

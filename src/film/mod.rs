@@ -47,6 +47,7 @@ mod stored;
 mod stored_splats;
 mod tile;
 mod write;
+mod zip_block;
 
 #[cfg(test)]
 mod tests;
