@@ -6,33 +6,8 @@ use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, Sight, first_surfaces};
 use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2};
-use crate::samplers::SampleStream;
+use crate::samplers::{SampleStream, Sampler};
 use arrayvec::ArrayVec;
-
-/// Looks at one of many paths that are traced together.
-pub(super) struct Look {
-    pub watch: Watch,
-    /// The integrator draws from a copy.
-    pub stream: SampleStream,
-}
-
-impl Look {
-    /// At the path of this sample.
-    #[inline(always)]
-    pub(super) fn begin(&mut self, job: &RenderJob, waiting: &PendingSample) {
-        self.watch.look(job.film.layers);
-        self.stream = waiting.stream;
-    }
-
-    /// At nothing yet; so many.
-    pub(super) fn some(count: usize, stream: SampleStream) -> Vec<Look> {
-        let look = || Look {
-            watch: Watch::default(),
-            stream,
-        };
-        std::iter::repeat_with(look).take(count).collect()
-    }
-}
 
 /// What all samples of an image have in common for its layers.
 pub(super) struct Shown<'a> {
@@ -58,14 +33,14 @@ impl Shown<'_> {
     }
 }
 
-/// Adds to the layers of `tile` what a sample shows, whose path has brought this `radiance` while `watch` looked at it, before its color is
-/// added. `stream` is what the integrator has drawn from; without a ray it has not left the lens.
+/// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it, before its
+/// color is added; without a ray it has not left the lens.
 #[inline(always)]
 pub(super) fn add(
     (job, all): (&RenderJob, &OfAll),
     waiting: &PendingSample,
     (ray, radiance): (Option<&CameraRay>, Rgb),
-    (stream, watch): (&SampleStream, &Watch),
+    (sampler, watch): (&Sampler, &Watch),
     tile: &mut Tile,
 ) {
     let mut lights = ArrayVec::<Rgb, { LayerSet::MAX_LIGHTS }>::new();
@@ -82,7 +57,10 @@ pub(super) fn add(
         }
         _ => {
             let sample = ray.map(|ray| match known {
-                None if all.shown.surfaces => traced((job, all), ray, *stream),
+                None if all.shown.surfaces => {
+                    let stream = waiting.stream_again(job, sampler);
+                    traced((job, all), ray, stream)
+                }
                 _ => None,
             });
             let sample = sample.as_ref().map(Option::as_ref);

@@ -41,7 +41,7 @@ use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
-use layers::{Look, Shown};
+use layers::Shown;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -238,21 +238,19 @@ fn sample_tile(
         let shown = (job, &all);
         if let Some(watch) = watch.as_deref_mut() {
             for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
-                let (ray, untouched) = (ray.as_ref(), waiting.stream);
+                let ray = ray.as_ref();
                 let own = (&mut *workspace, &mut *watch);
                 let radiance = waiting.trace(shown, sample, ray, own, has_layers);
                 if has_layers {
-                    layers::add(shown, &waiting, (ray, radiance), (&untouched, watch), tile);
+                    layers::add(shown, &waiting, (ray, radiance), (sampler, watch), tile);
                 }
                 waiting.finish(ray, radiance, tile);
             }
         } else {
             if has_layers {
-                if let (true, Some(first)) = (looks.is_empty(), waiting.first()) {
-                    looks = Look::some(WAVE, first.stream);
-                }
-                let both = looks.iter_mut().zip(&waiting);
-                both.for_each(|(look, waiting)| look.begin(job, waiting));
+                looks.resize_with(WAVE, Watch::default);
+                let looks = looks.iter_mut().take(waiting.len());
+                looks.for_each(|watch| watch.look(job.film.layers));
             }
             let camera = (samples.as_slice(), rays.as_slice());
             let own = (&mut *workspace, looks.as_mut_slice());
@@ -262,6 +260,7 @@ fn sample_tile(
             let samples = (waiting.as_slice(), rays.as_slice());
             vectorize::<WIDEST, _>(Finish {
                 shown,
+                sampler,
                 samples,
                 radiances,
                 looks,
@@ -279,9 +278,9 @@ fn radiances(
     (job, all): (&RenderJob, &OfAll),
     (samples, rays): (&[CameraSample], &[Option<CameraRay>]),
     waiting: &mut [PendingSample],
-    (workspace, looks): (&mut Workspace, &mut [Look]),
+    (workspace, looks): (&mut Workspace, &mut [Watch]),
 ) -> ArrayVec<Rgb, WAVE> {
-    let mut watches = looks.iter_mut().map(|look| &mut look.watch);
+    let mut watches = looks.iter_mut();
     let all_paths = waiting.iter_mut().zip(samples).zip(rays);
     let path = |((waiting, sample), ray)| {
         let (waiting, ray): (&mut PendingSample, &Option<CameraRay>) = (waiting, ray);
@@ -304,11 +303,12 @@ fn radiances(
 /// The end of a wave: what its samples show and bring is added to the tile.
 struct Finish<'a> {
     shown: (&'a RenderJob, &'a OfAll<'a>),
+    sampler: &'a Sampler,
     samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
     /// Of those that have a ray.
     radiances: &'a [Rgb],
     /// One for each sample, if there are layers.
-    looks: &'a [Look],
+    looks: &'a [Watch],
     tile: &'a mut Tile,
 }
 
@@ -323,9 +323,15 @@ impl Kernel for Finish<'_> {
             let ray = ray.as_ref();
             let radiance = ray.and_then(|_| radiances.next());
             let radiance = radiance.copied().unwrap_or_default();
-            if let Some(Look { watch, stream }) = looks.next() {
+            if let Some(watch) = looks.next() {
                 let brought = (ray, radiance);
-                layers::add(self.shown, waiting, brought, (stream, watch), self.tile);
+                layers::add(
+                    self.shown,
+                    waiting,
+                    brought,
+                    (self.sampler, watch),
+                    self.tile,
+                );
             }
             waiting.finish(ray, radiance, self.tile);
         }
@@ -377,6 +383,7 @@ impl OfAll<'_> {
 /// A sample whose camera ray has not been generated yet.
 struct PendingSample {
     pixel: UVec2,
+    index: u32,
     stream: SampleStream,
     filter_weight: f32,
     film_density: f32,
@@ -410,6 +417,7 @@ impl PendingSample {
         };
         let waiting = PendingSample {
             pixel,
+            index,
             stream,
             filter_weight: on_film.weight,
             film_density: if job.integrator.traces_light() {
@@ -419,6 +427,13 @@ impl PendingSample {
             },
         };
         (sample, waiting)
+    }
+
+    /// What its path has drawn from, as it was before: samples are pure functions of their numbers.
+    #[inline(never)]
+    fn stream_again(&self, job: &RenderJob, sampler: &Sampler) -> SampleStream {
+        let (_, again) = PendingSample::new(job, sampler, self.pixel, self.index);
+        again.stream
     }
 
     fn camera_end<'a>(
