@@ -59,7 +59,7 @@ pub(super) fn encode(
         .with_encoding(Compression::ZIP16, blocks, LineOrder::Increasing)
         .with_attributes(layer_attributes(image, metadata))
         .with_shared_attributes(image_attributes(image));
-    // As much as it can take: of a file that grows, two copies would be in memory now and then.
+    // As much as the pixels can take: of a file that grows, two copies would be in memory now and then.
     let plain = header.channels.bytes_per_pixel * image.pixels.len();
     let mut bytes = Vec::with_capacity(plain);
     let file = Cursor::new(&mut bytes);
