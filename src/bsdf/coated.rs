@@ -254,6 +254,13 @@ impl<const N: usize> ScattererRows<Coated> for CoatedRows<N> {
     }
 
     #[inline(always)]
+    fn turned_normal(&self, i: usize) -> Vec3 {
+        // Not in the frame yet.
+        let (n, wo) = (self.n.get(i), self.wo.get(i));
+        if n.dot(wo) < 0.0 { -n } else { n }
+    }
+
+    #[inline(always)]
     fn set(&mut self, i: usize, coated: &Coated) {
         self.set_lobes(i, &coated.lobes);
         self.place(i, coated.ng, &coated.frame, coated.wo);

@@ -140,6 +140,12 @@ impl<const N: usize> ScattererRows<Matte> for MatteRows<N> {
     }
 
     #[inline(always)]
+    fn turned_normal(&self, i: usize) -> Vec3 {
+        let n = self.n.get(i);
+        if self.cos_n[i] < 0.0 { -n } else { n }
+    }
+
+    #[inline(always)]
     fn set(&mut self, i: usize, matte: &Matte) {
         self.reflectance.set(i, matte.lobe.reflectance);
         self.ng.set(i, matte.ng);

@@ -44,6 +44,9 @@ pub(crate) trait ScattererRows<S>: Default {
     /// The one at `i`.
     fn get(&self, i: usize) -> S;
 
+    /// The shading normal of the one at `i`, turned to where light leaves to; before it is finished, if that is done later.
+    fn turned_normal(&self, i: usize) -> Vec3;
+
     /// Replaces the one at `i`.
     fn set(&mut self, i: usize, scatterer: &S);
 }

@@ -43,6 +43,11 @@ impl Blur {
         }
     }
 
+    /// Returns `true` if all points are sharp.
+    pub(super) fn is_none(&self) -> bool {
+        (self.radius.0, self.radius.1) == (0.0, 0.0)
+    }
+
     /// Diameter in pixels of the circle of confusion of a point at `z`; 0 where it has none.
     #[inline(always)]
     pub(super) fn diameter(&self, z: f64) -> f64 {

@@ -82,22 +82,29 @@ struct Scale {
     row: DVec4,
     /// Of camera-space z for each unit of the scene.
     length: f64,
-    blur: Blur,
+    /// If there is any.
+    blur: Option<Blur>,
 }
 
 impl Scale {
     fn new(transform: &CameraTransform, time: f32, blur: Blur) -> Scale {
         let row = transform.z(time);
         let length = row.truncate().length();
+        let blur = Some(blur).filter(|blur| !blur.is_none());
         Scale { row, length, blur }
     }
 
     #[inline(always)]
     fn at(&self, p: Vec3) -> DepthAndBlur {
         let z = self.row.dot(p.as_dvec3().extend(1.0));
+        // Not by `map`, whose function is not always inlined.
+        let coc = match &self.blur {
+            Some(blur) => blur.diameter(z),
+            None => 0.0,
+        };
         DepthAndBlur {
             depth: z / self.length,
-            coc: self.blur.diameter(z),
+            coc,
         }
     }
 }

@@ -59,6 +59,7 @@ pub use image::Image;
 pub(crate) use layers::GrowingLayers;
 pub use layers::{
     ImageLayer, ImageLayers, ImageMatte, Layer, LayerSample, LayerSet, Manifest, MatteId, NO_GROUP,
+    SurfaceSample,
 };
 pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};

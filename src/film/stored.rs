@@ -78,8 +78,8 @@ impl PixelStatistics {
 
 #[cfg(test)]
 mod tests {
-    use crate::film::{Layer, LayerSample, LayerSet, MatteId, PixelBounds, Tile};
-    use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3};
+    use crate::film::{Layer, LayerSample, LayerSet, MatteId, PixelBounds, SurfaceSample, Tile};
+    use crate::math::{DVec2, Rgb, UVec2, Vec2, Vec3};
 
     #[test]
     fn tiles_come_back_bit_for_bit() {
@@ -89,16 +89,19 @@ mod tests {
         let blank = || Tile::new(bounds, f32::INFINITY).with_layers(layers);
         let mut tile = blank();
         for (number, pixel) in bounds.pixels().enumerate() {
+            let mut surface = SurfaceSample::default();
+            surface.set_albedo(Rgb::splat(0.1));
+            surface.set_normal(Vec3::NEG_Z);
+            surface.set_p(Vec3::new(0.1, -1e-30, 1e30) * number as f32);
+            surface.set_uv(Vec2::splat(0.7));
             let seen = LayerSample {
-                position: DVec3::new(0.1, -1e-30, 1e30) * number as f64,
+                surface: &surface,
+                origin: &[1.0, 0.0, 0.0, 0.0],
                 depth: 0.3,
-                uv: Vec2::splat(0.7),
+                coc: 1e-9,
+                motion: DVec2::new(-0.0, 1e-300),
                 material: MatteId::of("a"),
                 instance: MatteId::of(&number.to_string()),
-                motion: DVec2::new(-0.0, 1e-300),
-                coc: 1e-9,
-                albedo: Rgb::splat(0.1),
-                normal: Vec3::NEG_Z,
             };
             tile.add_layers(pixel, -1.0, Some(Some(&seen)), &[Rgb::ONE]);
             tile.add_sample(pixel, Rgb::new(0.1, 1e-30, 1e30) * number as f32, 0.3);

@@ -88,7 +88,7 @@ impl Tile {
         { self.layers.as_ref() }.map_or(0, |layers| layers.pixels.set.lights())
     }
 
-    /// Adds what layers tell of a sample to `pixel`, before the sample itself: `None` for one whose ray does not leave the
+    /// Adds what layers tell of a sample to `pixel`: `None` for one whose ray does not leave the
     /// lens, `Some(None)` for one that meets nothing. `weight` is the filter's.
     /// `lights` is what it brings to the pixel, by layers of light.
     #[inline(always)]
@@ -99,11 +99,9 @@ impl Tile {
         sample: Option<Option<&LayerSample>>,
         lights: &[Rgb],
     ) {
-        if let Some(index) = self.bounds.index(pixel) {
-            self.open(index);
-            if let Some(layers) = &mut self.layers {
-                layers.add(index, weight, sample, lights);
-            }
+        if let Some(layers) = &mut self.layers {
+            layers.open(pixel, || self.bounds.index(pixel));
+            layers.add(weight, sample, lights);
         }
     }
 
@@ -116,7 +114,7 @@ impl Tile {
     #[inline(always)]
     fn open(&mut self, index: usize) {
         if index != self.open {
-            self.close();
+            self.close_pixel();
             self.open = index;
         }
     }
@@ -197,13 +195,17 @@ impl Tile {
     }
 
     /// Pools what has been added to the last pixel.
-    #[inline(never)]
     pub fn close(&mut self) {
+        self.close_pixel();
+        if let Some(layers) = &mut self.layers {
+            layers.close();
+        }
+    }
+
+    #[inline(never)]
+    fn close_pixel(&mut self) {
         if let Some(pixel) = self.pixels.get_mut(self.open) {
             pixel.join(&self.sum.take());
-        }
-        if let Some(layers) = &mut self.layers {
-            layers.close(self.open);
         }
     }
 

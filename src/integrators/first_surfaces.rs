@@ -9,46 +9,52 @@
 use super::MAX_NULL_SURFACES;
 use crate::accel::{ClosestHit, GeometryHit, Standing};
 use crate::bsdf::{Bsdf, BsdfSample};
+use crate::film::SurfaceSample;
 use crate::handles::MaterialId;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::samplers::SampleStream;
-use crate::surface::SurfaceHit;
 use crate::world::World;
 
 /// Mirrors and panes that are followed; a ray that is caught between more has no albedo.
 const MAX_SPECULAR: u32 = 32;
 
 /// What a camera ray has met.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct FirstSurfaces {
-    /// Its first point on a surface with a material, in render space.
-    pub p: Vec3,
-    /// The surface's parameters there; `None` where nothing else asks for them.
-    pub uv: Option<Vec2>,
-    /// The ray that has met it: the camera's, or what is left of that beyond surfaces without material.
-    pub ray: Ray,
-    /// What it has met.
-    pub found: ClosestHit,
-    /// Its material.
+    /// The ray's first point on a surface with a material, and the surface's parameters there; and of the first surface that is not
+    /// perfectly specular: the estimate of the share of light from everywhere that it sends back, times what those before it let
+    /// through, and its shading normal, turned to where the ray came from. Both are 0 if there is none.
+    pub surface: SurfaceSample,
+    /// The material of the first surface.
     pub material: Option<MaterialId>,
     /// The shape or instance that it is of, if that is known already.
     pub standing: Option<Standing>,
-    /// The estimate of the share of light from everywhere that the first surface which is not perfectly specular sends
-    /// back, times what those before it let through; black if there is none.
-    pub albedo: Rgb,
-    /// Shading normal of that surface in render space, turned to where the ray came from; 0 if there is none.
-    pub normal: Vec3,
+    /// How it was met, where that may be asked for more; `None` for a shape that does not move, all of which is known.
+    pub meeting: Option<Meeting>,
+}
+
+/// How a camera ray has met a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// The camera's ray, or what is left of that beyond surfaces without material.
+    pub ray: Ray,
+    /// What it has met.
+    pub found: ClosestHit,
+    /// Nothing else asks for the surface's parameters, which are not known.
+    pub lacks_uv: bool,
 }
 
 /// Looks at a path from the camera, up to its first surface that is not perfectly specular.
 #[derive(Debug)]
 pub struct Sight {
-    found: Option<FirstSurfaces>,
-    share: Rgb,
-    specular: u32,
     state: State,
+    /// Nothing has been met.
+    is_empty: bool,
     pub(super) wants_uv: bool,
+    specular: u32,
+    share: Rgb,
+    first: FirstSurfaces,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,11 +72,12 @@ enum State {
 impl Default for Sight {
     fn default() -> Sight {
         Sight {
-            found: None,
-            share: Rgb::ONE,
-            specular: 0,
             state: State::Looking,
+            is_empty: true,
             wants_uv: false,
+            specular: 0,
+            share: Rgb::ONE,
+            first: FirstSurfaces::default(),
         }
     }
 }
@@ -81,41 +88,49 @@ impl Sight {
         if !self.is_looking() {
             return;
         }
-        let surface = &hit.surface;
-        let found = self.find(ray, (&hit.found, hit.material, None), point(surface));
+        self.find(ray, hit);
         if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
             return;
         }
-        found.turn(bsdf.shading_normal(), surface.wo);
+        let normal = turned(bsdf.shading_normal(), hit.surface.wo);
+        self.first.surface.set_normal(normal);
         self.state = State::AtLast;
         if let Some(albedo) = bsdf.diffuse_reflectance() {
             self.stay(albedo);
         }
     }
 
-    /// Meets a surface that is coated alike everywhere.
+    /// Meets a surface that is coated alike everywhere, which [scatters](Sight::pass_on).
     pub(super) fn meet_coated(&mut self, ray: &Ray, hit: &GeometryHit) {
-        let (p, uv) = point(&hit.surface);
-        let normal = hit.surface.shading.n;
-        self.meet_bare(ray, (&hit.found, hit.material, None), (p, normal, uv), None);
+        if self.is_looking() {
+            self.find(ray, hit);
+            let normal = turned(hit.surface.shading.n, hit.surface.wo);
+            self.first.surface.set_normal(normal);
+            self.state = State::AtLast;
+        }
     }
 
-    /// Meets a surface with this shading normal, of which nothing but layers asks for (u, v): it is matte with this reflectance, or
-    /// [scatters](Sight::pass_on) otherwise.
+    /// Meets a triangle that does not move, of which all is known: the point, the shading normal, turned to where the ray came from, and
+    /// (u, v). It is matte with this reflectance, or [scatters](Sight::pass_on) otherwise.
     #[inline(always)]
     pub(super) fn meet_bare(
         &mut self,
-        ray: &Ray,
-        hit: (&ClosestHit, Option<MaterialId>, Option<Standing>),
-        (p, n, uv): (Vec3, Vec3, Option<Vec2>),
+        (material, standing): (Option<MaterialId>, Standing),
+        (p, normal, uv): (Vec3, Vec3, Vec2),
         reflectance: Option<Rgb>,
     ) {
-        if self.is_looking() {
-            self.find(ray, hit, (p, uv)).turn(n, -ray.d);
-            self.state = State::AtLast;
-            if let Some(reflectance) = reflectance {
-                self.stay(reflectance);
-            }
+        let first = &mut self.first;
+        if self.is_empty {
+            self.is_empty = false;
+            (first.material, first.standing) = (material, Some(standing));
+            first.meeting = None;
+            first.surface.set_p(p);
+            first.surface.set_uv(uv);
+        }
+        first.surface.set_normal(normal);
+        self.state = State::AtLast;
+        if let Some(reflectance) = reflectance {
+            self.stay(reflectance);
         }
     }
 
@@ -139,31 +154,33 @@ impl Sight {
         matches!(self.state, State::Done | State::Lost)
     }
 
-    /// The first surface, which may be this one.
-    #[inline(always)]
-    fn find(
-        &mut self,
-        ray: &Ray,
-        (found, material, standing): (&ClosestHit, Option<MaterialId>, Option<Standing>),
-        (p, uv): (Vec3, Option<Vec2>),
-    ) -> &mut FirstSurfaces {
-        self.found.get_or_insert(FirstSurfaces {
-            standing,
-            p,
-            uv,
+    /// Notes the first surface, which may be this one.
+    fn find(&mut self, ray: &Ray, hit: &GeometryHit) {
+        if !self.is_empty {
+            return;
+        }
+        let point = &hit.surface;
+        let mut surface = SurfaceSample::default();
+        surface.set_p(point.p);
+        surface.set_uv(point.uv);
+        let meeting = Meeting {
             ray: *ray,
-            found: *found,
-            material,
-            albedo: Rgb::ZERO,
-            normal: Vec3::ZERO,
-        })
+            found: hit.found,
+            lacks_uv: point.dpdu == Vec3::ZERO,
+        };
+        self.is_empty = false;
+        self.first = FirstSurfaces {
+            surface,
+            material: hit.material,
+            standing: None,
+            meeting: Some(meeting),
+        };
     }
 
     /// Looks no further.
+    #[inline(always)]
     fn stay(&mut self, albedo: Rgb) {
-        if let Some(found) = &mut self.found {
-            found.albedo = self.share * albedo;
-        }
+        self.first.surface.set_albedo(self.share * albedo);
         self.state = State::Done;
     }
 
@@ -197,41 +214,26 @@ impl Sight {
     }
 
     /// What has been met, nothing perhaps; `None` if the path has not told it.
+    #[inline(always)]
     pub fn known(&self) -> Option<Option<&FirstSurfaces>> {
-        (self.state == State::Done).then_some(self.found.as_ref())
+        (self.state == State::Done).then_some(self.seen())
+    }
+
+    fn seen(&self) -> Option<&FirstSurfaces> {
+        (!self.is_empty).then_some(&self.first)
     }
 
     /// Looks at another path, and where `wants_uv` is `true` asks for (u, v) of what it meets.
     #[inline(always)]
     pub(super) fn restart(&mut self, wants_uv: bool) {
-        self.found = None;
+        (self.state, self.is_empty, self.wants_uv) = (State::Looking, true, wants_uv);
         (self.share, self.specular) = (Rgb::ONE, 0);
-        (self.state, self.wants_uv) = (State::Looking, wants_uv);
     }
 }
 
-impl FirstSurfaces {
-    /// Albedo and normal, if they are numbers: one sample that is not finite would spoil its pixel.
-    #[inline(always)]
-    pub fn finite(&self) -> (Rgb, Vec3) {
-        let is_finite = || self.albedo.is_finite() && self.normal.is_finite();
-        // Nearly always: then no addend was anything else.
-        match (self.albedo + self.normal).element_sum().is_finite() || is_finite() {
-            true => (self.albedo, self.normal),
-            false => (Rgb::ZERO, Vec3::ZERO),
-        }
-    }
-
-    /// Sets the normal, turned to where the ray came from.
-    fn turn(&mut self, n: Vec3, wo: Vec3) {
-        self.normal = if n.dot(wo) < 0.0 { -n } else { n };
-    }
-}
-
-/// A point and its parameters, if they are known: nothing asks for those of bare triangles.
-fn point(surface: &SurfaceHit) -> (Vec3, Option<Vec2>) {
-    let uv = (surface.dpdu != Vec3::ZERO).then_some(surface.uv);
-    (surface.p, uv)
+/// A normal, turned to where the ray came from.
+fn turned(n: Vec3, wo: Vec3) -> Vec3 {
+    if n.dot(wo) < 0.0 { -n } else { n }
 }
 
 /// What a sampled direction passes on, if reflectances are not scaled between media as radiance is.
@@ -282,5 +284,5 @@ pub fn first_surfaces(
             ray = surface.spawn_ray(sample.wi);
         }
     }
-    sight.found
+    sight.seen().copied()
 }

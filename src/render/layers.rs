@@ -4,8 +4,9 @@ use super::{OfAll, PendingSample, RenderJob};
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
 use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
 use crate::integrators::witness::Watch;
-use crate::integrators::{FirstSurfaces, Sight, first_surfaces};
-use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2};
+use crate::integrators::{FirstSurfaces, LightParts, Meeting, Sight, first_surfaces};
+use crate::math::instruction_set::{Instructions, Kernel};
+use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3};
 use crate::samplers::{SampleStream, Sampler};
 use arrayvec::ArrayVec;
 
@@ -13,10 +14,13 @@ use arrayvec::ArrayVec;
 pub(super) struct Shown<'a> {
     /// Layers that tell of surfaces are among them.
     surfaces: bool,
-    uv: bool,
-    instance: bool,
+    mattes: [bool; 2],
+    /// Of render space, in world space; and a zero.
+    origin: [f64; 4],
     /// Where depth or circles of confusion are wanted.
     depths: Option<Depths<'a>>,
+    /// When [`Layer::Motion`] begins and ends, if it is wanted and anything moves.
+    motion: Option<[f32; 2]>,
 }
 
 impl Shown<'_> {
@@ -24,17 +28,52 @@ impl Shown<'_> {
     pub(super) fn new(job: &RenderJob) -> Shown<'_> {
         let layers = job.film.layers;
         let has_depths = layers.contains(Layer::Depth) || layers.contains(Layer::Coc);
+        let moves = job.world.moves() || job.camera.moves();
         Shown {
             surfaces: layers.with_lights(0) != LayerSet::NONE.with(Layer::Lights),
-            uv: layers.contains(Layer::Uv),
-            instance: layers.contains(Layer::Instance),
+            origin: job.world_from_render.extend(0.0).to_array(),
+            mattes: Layer::MATTES.map(|layer| layers.contains(layer)),
             depths: has_depths.then(|| job.camera.depths()),
+            motion: job.motion_times.filter(|_| moves),
         }
     }
 }
 
-/// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it, before its
-/// color is added; without a ray it has not left the lens.
+/// The end of a wave: what its samples show is added to the tile's layers.
+pub(super) struct Tell<'a> {
+    pub shown: (&'a RenderJob, &'a OfAll<'a>),
+    pub sampler: &'a Sampler,
+    pub samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
+    /// Of those that have a ray.
+    pub radiances: &'a [Rgb],
+    /// One for each sample.
+    pub looks: &'a [Watch],
+    pub tile: &'a mut Tile,
+}
+
+impl Kernel for Tell<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) {
+        let mut radiances = self.radiances.iter();
+        let (waiting, rays) = self.samples;
+        for ((waiting, ray), watch) in waiting.iter().zip(rays).zip(self.looks) {
+            let ray = ray.as_ref();
+            let radiance = ray.and_then(|_| radiances.next());
+            let brought = (ray, radiance.copied().unwrap_or_default());
+            add(
+                self.shown,
+                waiting,
+                brought,
+                (self.sampler, watch),
+                self.tile,
+            );
+        }
+    }
+}
+
+/// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it; without a ray it has not left the lens.
 #[inline(always)]
 pub(super) fn add(
     (job, all): (&RenderJob, &OfAll),
@@ -43,30 +82,38 @@ pub(super) fn add(
     (sampler, watch): (&Sampler, &Watch),
     tile: &mut Tile,
 ) {
-    let mut lights = ArrayVec::<Rgb, { LayerSet::MAX_LIGHTS }>::new();
-    if let (Some(ray), Some(parts)) = (ray, &watch.parts) {
-        let factor = tile.factor_of_parts(radiance, waiting.weight(ray));
-        lights.extend(parts.scaled(factor, tile.lights()));
-    }
-    let (pixel, weight) = (waiting.pixel, waiting.filter_weight);
+    let lights = match (ray, &watch.parts) {
+        (Some(ray), Some(parts)) => lights(parts, (waiting.weight(ray), radiance), tile),
+        _ => ArrayVec::new(),
+    };
+    let at = (waiting.pixel, waiting.filter_weight);
     let known = watch.sight.as_ref().and_then(Sight::known);
     match (ray, known) {
-        (Some(_), Some(Some(found))) if all.shown.surfaces => {
-            let sample = told((job, all), found);
-            tile.add_layers(pixel, weight, Some(Some(&sample)), &lights);
+        (Some(ray), Some(Some(found))) if all.shown.surfaces => {
+            add_found((job, all), at, (ray.ray.time, found), &lights, tile);
         }
-        _ => {
-            let sample = ray.map(|ray| match known {
-                None if all.shown.surfaces => {
-                    let stream = waiting.stream_again(job, sampler);
-                    traced((job, all), ray, stream)
+        (Some(ray), None) if all.shown.surfaces => {
+            let stream = waiting.stream_again(job, sampler);
+            match traced((job, all), ray, stream) {
+                Some(found) => {
+                    add_found((job, all), at, (ray.ray.time, &found), &lights, tile);
                 }
-                _ => None,
-            });
-            let sample = sample.as_ref().map(Option::as_ref);
-            add_other(tile, (pixel, weight), sample, &lights);
+                None => add_other(tile, at, Some(None), &lights),
+            }
         }
+        _ => add_other(tile, at, ray.map(|_| None), &lights),
     }
+}
+
+/// What a path brings, of this radiance, by layers of light.
+#[inline(never)]
+fn lights(
+    parts: &LightParts,
+    (weight, radiance): (Rgb, Rgb),
+    tile: &Tile,
+) -> ArrayVec<Rgb, { LayerSet::MAX_LIGHTS }> {
+    let factor = tile.factor_of_parts(radiance, weight);
+    parts.scaled(factor, tile.lights()).collect()
 }
 
 /// What is not as common.
@@ -86,64 +133,86 @@ fn traced(
     (job, all): (&RenderJob, &OfAll),
     camera_ray: &CameraRay,
     stream: SampleStream,
-) -> Option<LayerSample> {
+) -> Option<FirstSurfaces> {
     let differentials = camera_ray.scaled_differentials(all.spacing);
-    let found = first_surfaces(&job.world, &camera_ray.ray, differentials.as_ref(), stream)?;
-    Some(told((job, all), &found))
+    first_surfaces(&job.world, &camera_ray.ray, differentials.as_ref(), stream)
 }
 
-/// What surfaces tell.
+/// What surfaces tell at this time.
 #[inline(always)]
-fn told((job, all): (&RenderJob, &OfAll), found: &FirstSurfaces) -> LayerSample {
-    let parameters = || job.world.surface_parameters(&found.ray, &found.found);
-    let uv = match all.shown.uv {
-        true => found.uv.unwrap_or_else(parameters),
-        false => Vec2::ZERO,
-    };
-    let instance = match all.shown.instance {
-        true => {
-            let standing = || job.world.geometry.standing(&found.found);
-            job.mattes.standing(found.standing.unwrap_or_else(standing))
+fn add_found(
+    (job, all): (&RenderJob, &OfAll),
+    (pixel, weight): (UVec2, f32),
+    (time, found): (f32, &FirstSurfaces),
+    lights: &[Rgb],
+    tile: &mut Tile,
+) {
+    let whole;
+    let found = match &found.meeting {
+        None if found.surface.is_finite() => found,
+        _ => {
+            whole = completed(job, found);
+            &whole
         }
-        false => MatteId::default(),
     };
     // Not by `map`, whose function is not always inlined.
     let at = match &all.shown.depths {
-        Some(depths) => depths.at(found.p, found.ray.time),
+        Some(depths) => depths.at(found.surface.p(), time),
         None => DepthAndBlur::default(),
     };
-    let (albedo, normal) = found.finite();
-    LayerSample {
-        position: found.p.as_dvec3() + job.world_from_render,
+    let [has_materials, has_instances] = all.shown.mattes;
+    let material = match has_materials {
+        true => job.mattes.material(found.material),
+        false => MatteId::default(),
+    };
+    let instance = match found.standing {
+        Some(standing) if has_instances => job.mattes.standing(standing),
+        _ => MatteId::default(),
+    };
+    let motion = match all.shown.motion {
+        Some(times) => motion(job, found, times),
+        None => DVec2::ZERO,
+    };
+    let sample = LayerSample {
+        surface: &found.surface,
+        origin: &all.shown.origin,
         depth: at.depth,
-        uv,
-        material: job.mattes.material(found.material),
-        instance,
-        motion: motion(job, found),
         coc: at.coc,
-        albedo,
-        // Render space is world space moved.
-        normal,
-    }
+        motion,
+        material,
+        instance,
+    };
+    tile.add_layers(pixel, weight, Some(Some(&sample)), lights);
 }
 
-/// See [`Layer::Motion`]; none where nothing moves, or where the camera does not see both ends of the way.
-#[inline(always)]
-fn motion(job: &RenderJob, found: &FirstSurfaces) -> DVec2 {
-    let moves = || job.world.moves() || job.camera.moves();
-    match job.motion_times {
-        Some(times) if moves() => moved(job, found, times),
-        _ => DVec2::ZERO,
-    }
-}
-
+/// With all that layers ask for, and albedo and normal black if they are not numbers: one sample would spoil its pixel.
 #[inline(never)]
-fn moved(job: &RenderJob, found: &FirstSurfaces, times: [f32; 2]) -> DVec2 {
-    let p = found.p.as_dvec3();
-    let moved = job
-        .world
-        .geometry
-        .moved(&found.found, p, found.ray.time, times);
+fn completed(job: &RenderJob, found: &FirstSurfaces) -> FirstSurfaces {
+    let (mut whole, wanted) = (*found, job.film.layers);
+    if let Some(meeting) = &found.meeting {
+        if meeting.lacks_uv && wanted.contains(Layer::Uv) {
+            let uv = job.world.surface_parameters(&meeting.ray, &meeting.found);
+            whole.surface.set_uv(uv);
+        }
+        if wanted.contains(Layer::Instance) {
+            whole.standing = Some(job.world.geometry.standing(&meeting.found));
+        }
+    }
+    if !found.surface.is_finite() {
+        whole.surface.set_albedo(Rgb::ZERO);
+        whole.surface.set_normal(Vec3::ZERO);
+    }
+    whole
+}
+
+/// See [`Layer::Motion`]; none where the camera does not see both ends of the way.
+#[inline(never)]
+fn motion(job: &RenderJob, found: &FirstSurfaces, times: [f32; 2]) -> DVec2 {
+    let p = found.surface.p().as_dvec3();
+    let moved = found.meeting.and_then(|Meeting { ray, found, .. }| {
+        let geometry = &job.world.geometry;
+        geometry.moved(&found, p, ray.time, times)
+    });
     if moved.is_none() && !job.camera.moves() {
         return DVec2::ZERO;
     }

@@ -41,7 +41,7 @@ use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
-use layers::Shown;
+use layers::{Shown, Tell};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -256,14 +256,20 @@ fn sample_tile(
             let own = (&mut *workspace, looks.as_mut_slice());
             let radiances = radiances(shown, camera, &mut waiting, own);
             let radiances = radiances.as_slice();
-            let looks = looks.as_slice();
             let samples = (waiting.as_slice(), rays.as_slice());
+            if has_layers {
+                vectorize::<WIDEST, _>(Tell {
+                    shown,
+                    sampler,
+                    samples,
+                    radiances,
+                    looks: &looks,
+                    tile: &mut *tile,
+                });
+            }
             vectorize::<WIDEST, _>(Finish {
-                shown,
-                sampler,
                 samples,
                 radiances,
-                looks,
                 tile: &mut *tile,
             });
             waiting.clear();
@@ -300,15 +306,11 @@ fn radiances(
     integrator.radiances(world, &mut paths, workspace)
 }
 
-/// The end of a wave: what its samples show and bring is added to the tile.
+/// The end of a wave: what its samples bring is added to the tile.
 struct Finish<'a> {
-    shown: (&'a RenderJob, &'a OfAll<'a>),
-    sampler: &'a Sampler,
     samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
     /// Of those that have a ray.
     radiances: &'a [Rgb],
-    /// One for each sample, if there are layers.
-    looks: &'a [Watch],
     tile: &'a mut Tile,
 }
 
@@ -318,21 +320,10 @@ impl Kernel for Finish<'_> {
     #[inline(always)]
     fn run(self, _: impl Instructions) {
         let mut radiances = self.radiances.iter();
-        let mut looks = self.looks.iter();
         for (waiting, ray) in self.samples.0.iter().zip(self.samples.1) {
             let ray = ray.as_ref();
             let radiance = ray.and_then(|_| radiances.next());
             let radiance = radiance.copied().unwrap_or_default();
-            if let Some(watch) = looks.next() {
-                let brought = (ray, radiance);
-                layers::add(
-                    self.shown,
-                    waiting,
-                    brought,
-                    (self.sampler, watch),
-                    self.tile,
-                );
-            }
             waiting.finish(ray, radiance, self.tile);
         }
     }

@@ -53,21 +53,28 @@ impl GrowingLayers {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{LayerSample, MatteId, all};
+    use super::super::{LayerSample, MatteId, SurfaceSample, all};
     use super::*;
-    use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3};
+    use crate::math::{DVec2, Rgb, UVec2, Vec2, Vec3};
 
-    fn sample(x: f64) -> LayerSample {
+    fn surface(x: f32) -> SurfaceSample {
+        let mut surface = SurfaceSample::default();
+        surface.set_albedo(Rgb::splat(0.1));
+        surface.set_normal(Vec3::new(0.6, -0.8, 0.0));
+        surface.set_p(Vec3::new(x, x.sin(), 3.0));
+        surface.set_uv(Vec2::splat(x));
+        surface
+    }
+
+    fn sample(x: f64, surface: &SurfaceSample) -> LayerSample<'_> {
         LayerSample {
-            position: DVec3::new(x, x.sin(), 3.0),
+            surface,
+            origin: &[1.0, 0.0, 0.0, 0.0],
             depth: x,
-            uv: Vec2::splat(x as f32),
+            coc: x.cos(),
+            motion: DVec2::new(x.sin(), x),
             material: MatteId::of("a"),
             instance: MatteId::of("b"),
-            motion: DVec2::new(x.sin(), x),
-            coc: x.cos(),
-            albedo: Rgb::splat(0.1),
-            normal: Vec3::new(0.6, -0.8, 0.0),
         }
     }
 
@@ -83,7 +90,9 @@ mod tests {
         for number in 0..3 {
             let mut tile = spec.tile(PixelBounds::new(UVec2::new(1, 0), UVec2::new(3, 2)));
             for (i, pixel) in tile.bounds().pixels().enumerate() {
-                let seen = sample(0.3 + i as f64 + 0.1 * f64::from(number));
+                let x = 0.3 + i as f64 + 0.1 * f64::from(number);
+                let surface = surface(x as f32);
+                let seen = sample(x, &surface);
                 tile.add_layers(pixel, 0.5, Some(Some(&seen)), &[Rgb::ONE, Rgb::X]);
                 tile.add_sample(pixel, Rgb::ONE, 0.5);
             }

@@ -12,7 +12,7 @@ pub(super) use coverage::Coverage;
 pub use coverage::ImageMatte;
 pub use cryptomatte::{Manifest, MatteId};
 pub(crate) use growing::GrowingLayers;
-pub use sums::{ImageLayer, ImageLayers, LayerSample};
+pub use sums::{ImageLayer, ImageLayers, LayerSample, SurfaceSample};
 pub(super) use sums::{LayerPixels, TileLayers};
 
 use crate::math::Rgb;

@@ -9,30 +9,95 @@
 use super::coverage::{Coverage, ImageMatte};
 use super::{Layer, LayerSet, MatteId, light_channels};
 use crate::film::pairwise::{Join, Pairwise, PixelSum};
-use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
+use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3, Vec4};
 use arrayvec::ArrayVec;
 
-/// What a camera ray that left the lens tells the layers.
+/// What a camera ray that left the lens and met a surface tells the layers.
 #[derive(Clone, Copy, Debug)]
-pub struct LayerSample {
-    /// See [`Layer::Position`].
-    pub position: DVec3,
+pub struct LayerSample<'a> {
+    /// Of the surface.
+    pub surface: &'a SurfaceSample,
+    /// Where render space begins, in world space; and a zero.
+    pub origin: &'a [f64; 4],
     /// See [`Layer::Depth`].
     pub depth: f64,
-    /// See [`Layer::Uv`].
-    pub uv: Vec2,
+    /// See [`Layer::Coc`].
+    pub coc: f64,
+    /// See [`Layer::Motion`].
+    pub motion: DVec2,
     /// See [`Layer::Material`].
     pub material: MatteId,
     /// See [`Layer::Instance`].
     pub instance: MatteId,
-    /// See [`Layer::Motion`].
-    pub motion: DVec2,
-    /// See [`Layer::Coc`].
-    pub coc: f64,
+}
+
+/// What layers tell of a surface: numbers side by side, which vector instructions add.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceSample {
+    albedo: Lanes,
+    normal: Lanes,
+    p: Lanes,
+    uv: Lanes,
+}
+
+/// A vector, and zeros.
+type Lanes = [f32; 4];
+
+impl SurfaceSample {
     /// See [`Layer::Albedo`].
-    pub albedo: Rgb,
-    /// See [`Layer::Normal`].
-    pub normal: Vec3,
+    #[inline(always)]
+    pub fn albedo(&self) -> Rgb {
+        Vec3::from_slice(&self.albedo)
+    }
+
+    /// See [`Layer::Normal`]; in render space, which is world space moved.
+    #[inline(always)]
+    pub fn normal(&self) -> Vec3 {
+        Vec3::from_slice(&self.normal)
+    }
+
+    /// The point, in render space.
+    #[inline(always)]
+    pub fn p(&self) -> Vec3 {
+        Vec3::from_slice(&self.p)
+    }
+
+    /// Sets the albedo.
+    #[inline(always)]
+    pub fn set_albedo(&mut self, albedo: Rgb) {
+        self.albedo = lanes(albedo);
+    }
+
+    /// Sets the normal.
+    #[inline(always)]
+    pub fn set_normal(&mut self, normal: Vec3) {
+        self.normal = lanes(normal);
+    }
+
+    /// Sets the point.
+    #[inline(always)]
+    pub fn set_p(&mut self, p: Vec3) {
+        self.p = lanes(p);
+    }
+
+    /// Sets the surface's parameters: see [`Layer::Uv`].
+    #[inline(always)]
+    pub fn set_uv(&mut self, uv: Vec2) {
+        self.uv = [uv.x, uv.y, 0.0, 0.0];
+    }
+
+    /// Returns `true` if albedo and normal are numbers.
+    #[inline(always)]
+    pub fn is_finite(&self) -> bool {
+        let (albedo, normal) = (Vec4::from(self.albedo), Vec4::from(self.normal));
+        // Nearly always: then no addend was anything else.
+        (albedo + normal).is_finite() || albedo.is_finite() && normal.is_finite()
+    }
+}
+
+#[inline(always)]
+fn lanes(v: Vec3) -> Lanes {
+    [v.x, v.y, v.z, 0.0]
 }
 
 /// Sums that all layers share: samples that left the lens, the weights of those that met a surface, their number, and that of all samples.
@@ -138,16 +203,31 @@ impl LayerPixels {
     }
 }
 
-/// The sums of all layers, wanted or not, in the order of [`Layer::ALL`], but for those of light.
+/// The sums of all layers, wanted or not, but for those of light.
 #[derive(Clone, Debug, Default)]
-struct Own([f64; ALL_SUMS]);
+struct Own {
+    shared: [f64; SHARED],
+    /// Of the four parts of a [`SurfaceSample`].
+    surface: [[f64; 4]; 4],
+    /// Of [`Layer::Depth`], [`Layer::Coc`] and [`Layer::Motion`].
+    camera: [f64; 4],
+}
 
-/// How many, up to a whole vector of numbers.
-const ALL_SUMS: usize = 20;
+/// How many there are.
+const ALL_SUMS: usize = CAMERA + 4;
+
+/// Where those of surfaces and of the camera are, if all are side by side.
+const SURFACE: usize = SHARED;
+const CAMERA: usize = SURFACE + 16;
 
 impl Join for Own {
     fn join(&mut self, right: &Own) {
-        add(&mut self.0, &right.0);
+        add(&mut self.shared, &right.shared);
+        add(
+            self.surface.as_flattened_mut(),
+            right.surface.as_flattened(),
+        );
+        add(&mut self.camera, &right.camera);
     }
 }
 
@@ -157,6 +237,11 @@ pub(in super::super) struct TileLayers {
     pub(in super::super) pixels: LayerPixels,
     /// Where the sums that are wanted are among all.
     wanted: ArrayVec<u8, ALL_SUMS>,
+    /// The pixel whose samples are being added, and its number, if it has one.
+    pixel: UVec2,
+    open: Option<u32>,
+    /// The weight of a sample, without its sign.
+    unit: f32,
     leaf: Own,
     in_leaf: u32,
     leaves: Pairwise<Own>,
@@ -171,6 +256,9 @@ impl TileLayers {
         Some(Box::new(TileLayers {
             pixels,
             wanted: wanted(set),
+            pixel: UVec2::MAX,
+            open: None,
+            unit: 0.0,
             leaf: Own::default(),
             in_leaf: 0,
             leaves: Pairwise::default(),
@@ -179,23 +267,35 @@ impl TileLayers {
         }))
     }
 
-    /// Adds a sample of a pixel: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing. `lights` is what it
+    /// Samples of this pixel follow, whose number in the tile is `index`, if it is in there.
+    #[inline(always)]
+    pub(in super::super) fn open(&mut self, pixel: UVec2, index: impl FnOnce() -> Option<usize>) {
+        if pixel != self.pixel {
+            self.close();
+            self.pixel = pixel;
+            self.open = index().map(|index| index as u32);
+        }
+    }
+
+    /// Adds a sample of the pixel: `None` for one whose ray does not leave the lens, `Some(None)` for one that meets nothing. `lights` is what it
     /// brings to the pixel, by layers of light.
     #[inline(always)]
     pub(in super::super) fn add(
         &mut self,
-        pixel: usize,
         weight: f32,
         sample: Option<Option<&LayerSample>>,
         lights: &[Rgb],
     ) {
+        let Some(pixel) = self.open else {
+            return;
+        };
         match sample {
             Some(Some(found)) => {
                 self.leaf.add(f64::from(weight), found);
                 self.cover(pixel, weight, found);
             }
-            Some(None) => add(&mut self.leaf.0, &[1.0, 0.0, 0.0, 1.0]),
-            None => self.leaf.0[3] += 1.0,
+            Some(None) => add(&mut self.leaf.shared, &[1.0, 0.0, 0.0, 1.0]),
+            None => self.leaf.shared[3] += 1.0,
         }
         if !lights.is_empty() {
             let lights = lights.iter().map(|light| light.as_dvec3());
@@ -208,13 +308,17 @@ impl TileLayers {
     }
 
     #[inline(always)]
-    fn cover(&mut self, pixel: usize, weight: f32, sample: &LayerSample) {
+    fn cover(&mut self, pixel: u32, weight: f32, sample: &LayerSample) {
+        if weight.abs() > self.unit {
+            self.unit = weight.abs();
+        }
+        let count = if weight < 0.0 { -1 } else { 1 };
         let (set, [materials, instances]) = (self.pixels.set, &mut self.pixels.mattes);
         if set.contains(Layer::Material) {
-            materials.add(pixel, sample.material, weight);
+            materials.add(pixel, sample.material, count);
         }
         if set.contains(Layer::Instance) {
-            instances.add(pixel, sample.instance, weight);
+            instances.add(pixel, sample.instance, count);
         }
     }
 
@@ -236,8 +340,9 @@ impl TileLayers {
         (std::mem::take(&mut self.leaf), lights)
     }
 
-    /// Pools what has been added for this pixel.
-    pub(in super::super) fn close(&mut self, index: usize) {
+    /// Pools what has been added to the last pixel.
+    #[inline(never)]
+    pub(in super::super) fn close(&mut self) {
         let (own, lights) = match self.in_leaf {
             0 => (None, None),
             _ => {
@@ -245,58 +350,74 @@ impl TileLayers {
                 (Some(own), lights)
             }
         };
-        if let Some(own) = self.leaves.take(own) {
-            let sums = self.wanted.iter().map(|&place| own.0[usize::from(place)]);
+        for matte in &mut self.pixels.mattes {
+            matte.see_unit(self.unit);
+        }
+        if let (Some(own), Some(index)) = (self.leaves.take(own), self.open) {
+            let all = own.side_by_side();
+            let sums = self.wanted.iter().map(|&place| all[usize::from(place)]);
             let lights = self.leaves_of_light.take(lights).unwrap_or_default();
-            self.pixels.add(index, sums.chain(lights.0));
+            self.pixels.add(index as usize, sums.chain(lights.0));
         }
     }
 }
 
 impl Own {
-    /// Adds a sample that has met a surface: in one loop, whatever is wanted.
+    fn side_by_side(&self) -> [f64; ALL_SUMS] {
+        let mut all = [0.0; ALL_SUMS];
+        all[..SHARED].copy_from_slice(&self.shared);
+        all[SURFACE..CAMERA].copy_from_slice(self.surface.as_flattened());
+        all[CAMERA..].copy_from_slice(&self.camera);
+        all
+    }
+
+    /// Adds a sample that has met a surface: whatever is wanted, so that there are no branches.
     #[inline(always)]
     fn add(&mut self, weight: f64, sample: &LayerSample) {
-        let (albedo, normal) = (sample.albedo.as_dvec3(), sample.normal.as_dvec3());
-        let (position, uv) = (sample.position, sample.uv.as_dvec2());
-        let more: [f64; ALL_SUMS] = [
-            1.0,
-            weight,
-            1.0,
-            1.0,
-            albedo.x * weight,
-            albedo.y * weight,
-            albedo.z * weight,
-            normal.x * weight,
-            normal.y * weight,
-            normal.z * weight,
-            sample.depth,
-            position.x,
-            position.y,
-            position.z,
-            uv.x,
-            uv.y,
-            sample.motion.x,
-            sample.motion.y,
-            sample.coc,
-            0.0,
-        ];
-        add(&mut self.0, &more);
+        add(&mut self.shared, &[1.0, weight, 1.0, 1.0]);
+        let SurfaceSample {
+            albedo,
+            normal,
+            p,
+            uv,
+        } = *sample.surface;
+        let [of_albedo, of_normal, of_p, of_uv] = &mut self.surface;
+        add(of_albedo, &scaled(albedo, weight));
+        add(of_normal, &scaled(normal, weight));
+        let mut position = scaled(p, 1.0);
+        add(&mut position, sample.origin);
+        add(of_p, &position);
+        add(of_uv, &scaled(uv, 1.0));
+        let DVec2 { x, y } = sample.motion;
+        add(&mut self.camera, &[sample.depth, sample.coc, x, y]);
     }
+}
+
+#[inline(always)]
+fn scaled([a, b, c, d]: Lanes, by: f64) -> [f64; 4] {
+    // Written out: `array::map` is not always inlined.
+    let [a, b, c, d]: [f64; 4] = [a.into(), b.into(), c.into(), d.into()];
+    [a * by, b * by, c * by, d * by]
 }
 
 /// Where the sums of these layers are among all.
 fn wanted(set: LayerSet) -> ArrayVec<u8, ALL_SUMS> {
-    let mut wanted: ArrayVec<u8, ALL_SUMS> = (0..SHARED as u8).collect();
-    let mut place = SHARED as u8;
-    for layer in Layer::ALL {
-        let end = place + layer.sums() as u8;
-        if set.contains(layer) {
-            wanted.extend(place..end);
-        }
-        place = end;
-    }
-    wanted
+    let places = |layer: Layer| {
+        let first = match layer {
+            Layer::Albedo => SURFACE,
+            Layer::Normal => SURFACE + 4,
+            Layer::Position => SURFACE + 8,
+            Layer::Uv => SURFACE + 12,
+            Layer::Depth => CAMERA,
+            Layer::Coc => CAMERA + 1,
+            Layer::Motion => CAMERA + 2,
+            Layer::Material | Layer::Instance | Layer::Lights | Layer::Alpha => 0,
+        };
+        first as u8..(first + layer.sums()) as u8
+    };
+    (0..SHARED as u8)
+        .chain(set.iter().flat_map(places))
+        .collect()
 }
 
 impl LayerSet {
@@ -465,21 +586,28 @@ mod tests {
     use super::super::all;
     use super::*;
     use crate::film::{FilmSpec, PixelBounds, Tile};
-    use crate::math::UVec2;
+
+    fn surface(index: u32) -> SurfaceSample {
+        let x = index as f32 * 0.618;
+        let mut surface = SurfaceSample::default();
+        surface.set_albedo(Rgb::splat(0.1));
+        surface.set_normal(Vec3::new(0.6, -0.8, 0.0));
+        surface.set_p(Vec3::new(x, 1e9 * x.sin(), 1e-9));
+        surface.set_uv(Vec2::splat(x.fract()));
+        surface
+    }
 
     /// Samples whose sums depend on their order.
-    fn sample(index: u32) -> LayerSample {
+    fn sample(index: u32, surface: &SurfaceSample) -> LayerSample<'_> {
         let x = f64::from(index) * 0.618;
         LayerSample {
-            position: DVec3::new(x, 1e9 * x.sin(), 1e-9),
+            surface,
+            origin: &[0.1, 0.1, 0.1, 0.0],
             depth: (20.0 * x.fract()).exp(),
-            uv: Vec2::splat(x.fract() as f32),
+            coc: x.cos(),
+            motion: DVec2::new(x.sin(), x),
             material: MatteId::of(["a", "b", "c"][index as usize % 3]),
             instance: MatteId::of(&index.to_string()),
-            motion: DVec2::new(x.sin(), x),
-            coc: x.cos(),
-            albedo: Rgb::splat(0.1),
-            normal: Vec3::new(0.6, -0.8, 0.0),
         }
     }
 
@@ -491,7 +619,8 @@ mod tests {
         };
         let mut tile = spec.tile(PixelBounds::new(UVec2::ZERO, UVec2::ONE));
         for index in samples {
-            let sample = (index % 7 != 0).then(|| sample(index));
+            let surface = surface(index);
+            let sample = (index % 7 != 0).then(|| sample(index, &surface));
             let seen = (index % 5 != 0).then_some(sample.as_ref());
             let lights = [Rgb::new(0.1, 1e-9, 1e9) * index as f32, Rgb::ONE];
             let weight = if index % 3 == 0 { -1.0 } else { 1.0 };
@@ -525,32 +654,38 @@ mod tests {
     #[test]
     fn means_are_of_the_samples_that_count() {
         let mut tile = TileLayers::new(all(), 1).unwrap();
+        let mut surface = SurfaceSample::default();
+        surface.set_albedo(Rgb::new(0.5, 0.25, 1.0));
+        surface.set_normal(Vec3::Z);
+        surface.set_p(Vec3::new(1.0, 2.0, 3.0));
+        surface.set_uv(Vec2::new(0.25, 0.5));
         let found = LayerSample {
-            position: DVec3::new(1.0, 2.0, 3.0),
+            surface: &surface,
+            origin: &[0.0, 1e6, 0.0, 0.0],
             depth: 4.0,
-            uv: Vec2::new(0.25, 0.5),
+            coc: 8.0,
+            motion: DVec2::new(3.0, -2.0),
             material: MatteId::of("a"),
             instance: MatteId::of("b"),
-            motion: DVec2::new(3.0, -2.0),
-            coc: 8.0,
-            albedo: Rgb::new(0.5, 0.25, 1.0),
-            normal: Vec3::Z,
         };
         // One blocked in the lens, one that meets nothing, two that meet the same point.
         for sample in [None, Some(None), Some(Some(&found)), Some(Some(&found))] {
-            tile.add(0, 1.0, sample, &[Rgb::ONE, Rgb::new(0.5, 1.0, -2.0)]);
+            tile.open(UVec2::ONE, || Some(0));
+            tile.add(1.0, sample, &[Rgb::ONE, Rgb::new(0.5, 1.0, -2.0)]);
         }
-        tile.close(0);
+        tile.open(UVec2::ZERO, || None);
+        tile.add(1.0, Some(Some(&found)), &[]);
+        tile.close();
         tile.pixels
             .add_light(0, [DVec3::ZERO, DVec3::ONE].into_iter());
         let mut layers = ImageLayers::new(all(), 1);
         layers.develop(&tile.pixels, 1, 2.0, Some);
         let third = 2.0 / 3.0;
         let expected = [
-            (found.albedo.as_dvec3() * third).as_vec3(),
+            (surface.albedo().as_dvec3() * third).as_vec3(),
             (DVec3::Z * third).as_vec3(),
             Rgb::new(4.0, 0.0, 0.0),
-            Rgb::new(1.0, 2.0, 3.0),
+            Rgb::new(1.0, 1_000_002.0, 3.0),
             Rgb::new(0.25, 0.5, 0.0),
             Rgb::new(3.0, -2.0, 0.0),
             Rgb::new(8.0, 0.0, 0.0),

@@ -18,9 +18,9 @@ use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::handles::LightId;
 use crate::integrators::Sight;
 use crate::integrators::context::{Bundle, CameraPath, Lights, WAVE, Workspace};
-use crate::math::Rgb;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
+use crate::math::{Rgb, Vec2};
 use crate::world::World;
 use arrayvec::ArrayVec;
 use vertices::Vertices;
@@ -236,17 +236,18 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         }
         for i in 0..vertices.count() {
             let path = vertices.path(i);
-            let (Some(sight), Some(found)) = (sight(&mut self.bundle.paths[path]), bare.found(i))
-            else {
+            let Some(sight) = sight(&mut self.bundle.paths[path]).filter(|s| s.is_looking()) else {
                 continue;
             };
-            let ray = &trails[path].ray;
-            let vertex = vertices.vertex(i, ray.time);
-            let uv = bare.parameters(i).filter(|_| wants_uv);
-            let point = (vertex.from.p, vertex.scatterer.shading_normal(), uv);
-            let (material, standing) = bare.noted(i);
-            let hit = (&found, material, Some(standing));
-            sight.meet_bare(ray, hit, point, reflectance(i));
+            let uv = match bare.parameters(i) {
+                Some(uv) => uv,
+                None if wants_uv => {
+                    parameters_of_mesh(self.bundle.world, &trails[path].ray, bare.found(i))
+                }
+                None => Vec2::ZERO,
+            };
+            let point = (vertices.p(i), vertices.turned_normal(i), uv);
+            sight.meet_bare(bare.noted(i), point, reflectance(i));
         }
     }
 
@@ -563,6 +564,12 @@ impl Paths {
     fn samples_all(&self, lights: &Lights, path: usize) -> bool {
         self.trails[path].sample_all_count(lights).is_some()
     }
+}
+
+/// The parameters (u, v) of a hit with a mesh that has its own.
+#[inline(never)]
+fn parameters_of_mesh(world: &World, ray: &Ray, found: Option<ClosestHit>) -> Vec2 {
+    found.map_or(Vec2::ZERO, |found| world.surface_parameters(ray, &found))
 }
 
 /// What looks at a path.

@@ -53,13 +53,15 @@ impl Found {
     fn look(&mut self, job: &RenderJob, watch: Watch) {
         let known = watch.sight.as_ref().and_then(Sight::known);
         let with_parameters = |found: &FirstSurfaces| {
-            let parameters = || job.world.surface_parameters(&found.ray, &found.found);
-            let standing = || job.world.geometry.standing(&found.found);
-            FirstSurfaces {
-                uv: Some(found.uv.unwrap_or_else(parameters)),
-                standing: Some(found.standing.unwrap_or_else(standing)),
-                ..*found
+            let mut found = *found;
+            if let Some(meeting) = found.meeting.take() {
+                if meeting.lacks_uv {
+                    let uv = job.world.surface_parameters(&meeting.ray, &meeting.found);
+                    found.surface.set_uv(uv);
+                }
+                found.standing = Some(job.world.geometry.standing(&meeting.found));
             }
+            found
         };
         // Bits, but for NaN: each number is printed with as many digits as tell it from others.
         let known = known.map(|found| found.map(with_parameters));

@@ -134,6 +134,18 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         }
     }
 
+    /// Where vertex `i` is.
+    #[inline(always)]
+    pub(super) fn p(&self, i: usize) -> Vec3 {
+        self.p.get(i)
+    }
+
+    /// Its shading normal, turned to where its ray came from.
+    #[inline(always)]
+    pub(super) fn turned_normal(&self, i: usize) -> Vec3 {
+        self.scatterers.turned_normal(i)
+    }
+
     /// Vertex `i`.
     #[inline(always)]
     pub(super) fn vertex(&self, i: usize, time: f32) -> LeanVertex<S> {
