@@ -100,8 +100,7 @@ mod tests {
                 depth: 0.3,
                 coc: 1e-9,
                 motion: DVec2::new(-0.0, 1e-300),
-                material: MatteId::of("a"),
-                instance: MatteId::of(&number.to_string()),
+                mattes: ["a", &number.to_string()].map(MatteId::of),
             };
             tile.add_layers(pixel, -1.0, Some(Some(&seen)), &[Rgb::ONE]);
             tile.add_sample(pixel, Rgb::new(0.1, 1e-30, 1e30) * number as f32, 0.3);

@@ -180,7 +180,11 @@ impl Sight {
     /// Looks no further.
     #[inline(always)]
     fn stay(&mut self, albedo: Rgb) {
-        self.first.surface.set_albedo(self.share * albedo);
+        let share = match self.specular {
+            0 => albedo,
+            _ => self.share * albedo,
+        };
+        self.first.surface.set_albedo(share);
         self.state = State::Done;
     }
 

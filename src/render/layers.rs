@@ -1,8 +1,10 @@
 //! What a camera sample tells the image's layers.
 
 use super::{OfAll, PendingSample, RenderJob};
+use crate::accel::Standing;
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
 use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
+use crate::handles::MaterialId;
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, LightParts, Meeting, Sight, first_surfaces};
 use crate::math::instruction_set::{Instructions, Kernel};
@@ -14,7 +16,6 @@ use arrayvec::ArrayVec;
 pub(super) struct Shown<'a> {
     /// Layers that tell of surfaces are among them.
     surfaces: bool,
-    mattes: [bool; 2],
     /// Of render space, in world space; and a zero.
     origin: [f64; 4],
     /// Where depth or circles of confusion are wanted.
@@ -32,7 +33,6 @@ impl Shown<'_> {
         Shown {
             surfaces: layers.with_lights(0) != LayerSet::NONE.with(Layer::Lights),
             origin: job.world_from_render.extend(0.0).to_array(),
-            mattes: Layer::MATTES.map(|layer| layers.contains(layer)),
             depths: has_depths.then(|| job.camera.depths()),
             motion: job.motion_times.filter(|_| moves),
         }
@@ -56,27 +56,28 @@ impl Kernel for Tell<'_> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        let mut radiances = self.radiances.iter();
         let (waiting, rays) = self.samples;
+        let (mut path, mut last) = (0, LastMattes::default());
         for ((waiting, ray), watch) in waiting.iter().zip(rays).zip(self.looks) {
             let ray = ray.as_ref();
-            let radiance = ray.and_then(|_| radiances.next());
-            let brought = (ray, radiance.copied().unwrap_or_default());
-            add(
-                self.shown,
-                waiting,
-                brought,
-                (self.sampler, watch),
-                self.tile,
-            );
+            let from = (self.sampler, watch);
+            if watch.parts.is_none() {
+                let sample = (waiting, ray, &[][..]);
+                add_surfaces(self.shown, sample, from, &mut last, self.tile);
+            } else {
+                let radiance = self.radiances.get(path).copied().unwrap_or_default();
+                add(self.shown, waiting, (ray, radiance), from, self.tile);
+            }
+            path += usize::from(ray.is_some());
         }
     }
 }
 
-/// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it; without a ray it has not left the lens.
-#[inline(always)]
+/// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it; without a
+/// ray it has not left the lens.
+#[inline(never)]
 pub(super) fn add(
-    (job, all): (&RenderJob, &OfAll),
+    shown: (&RenderJob, &OfAll),
     waiting: &PendingSample,
     (ray, radiance): (Option<&CameraRay>, Rgb),
     (sampler, watch): (&Sampler, &Watch),
@@ -86,22 +87,36 @@ pub(super) fn add(
         (Some(ray), Some(parts)) => lights(parts, (waiting.weight(ray), radiance), tile),
         _ => ArrayVec::new(),
     };
+    let mut last = LastMattes::default();
+    let sample = (waiting, ray, &lights[..]);
+    add_surfaces(shown, sample, (sampler, watch), &mut last, tile);
+}
+
+/// The same where what it brings to layers of light is known.
+#[inline(always)]
+fn add_surfaces(
+    (job, all): (&RenderJob, &OfAll),
+    (waiting, ray, lights): (&PendingSample, Option<&CameraRay>, &[Rgb]),
+    (sampler, watch): (&Sampler, &Watch),
+    last: &mut LastMattes,
+    tile: &mut Tile,
+) {
     let at = (waiting.pixel, waiting.filter_weight);
     let known = watch.sight.as_ref().and_then(Sight::known);
     match (ray, known) {
         (Some(ray), Some(Some(found))) if all.shown.surfaces => {
-            add_found((job, all), at, (ray.ray.time, found), &lights, tile);
+            add_found((job, all), at, (ray.ray.time, found), lights, (last, tile));
         }
         (Some(ray), None) if all.shown.surfaces => {
             let stream = waiting.stream_again(job, sampler);
             match traced((job, all), ray, stream) {
                 Some(found) => {
-                    add_found((job, all), at, (ray.ray.time, &found), &lights, tile);
+                    add_found((job, all), at, (ray.ray.time, &found), lights, (last, tile));
                 }
-                None => add_other(tile, at, Some(None), &lights),
+                None => add_other(tile, at, Some(None), lights),
             }
         }
-        _ => add_other(tile, at, ray.map(|_| None), &lights),
+        _ => add_other(tile, at, ray.map(|_| None), lights),
     }
 }
 
@@ -145,7 +160,7 @@ fn add_found(
     (pixel, weight): (UVec2, f32),
     (time, found): (f32, &FirstSurfaces),
     lights: &[Rgb],
-    tile: &mut Tile,
+    (last, tile): (&mut LastMattes, &mut Tile),
 ) {
     let whole;
     let found = match &found.meeting {
@@ -160,15 +175,6 @@ fn add_found(
         Some(depths) => depths.at(found.surface.p(), time),
         None => DepthAndBlur::default(),
     };
-    let [has_materials, has_instances] = all.shown.mattes;
-    let material = match has_materials {
-        true => job.mattes.material(found.material),
-        false => MatteId::default(),
-    };
-    let instance = match found.standing {
-        Some(standing) if has_instances => job.mattes.standing(standing),
-        _ => MatteId::default(),
-    };
     let motion = match all.shown.motion {
         Some(times) => motion(job, found, times),
         None => DVec2::ZERO,
@@ -179,10 +185,27 @@ fn add_found(
         depth: at.depth,
         coc: at.coc,
         motion,
-        material,
-        instance,
+        mattes: last.of(job, found),
     };
     tile.add_layers(pixel, weight, Some(Some(&sample)), lights);
+}
+
+/// The mattes of the sample before, which mostly are those of the next one.
+#[derive(Default)]
+struct LastMattes {
+    of: (Option<MaterialId>, Option<Standing>),
+    mattes: [MatteId; 2],
+}
+
+impl LastMattes {
+    #[inline(always)]
+    fn of(&mut self, job: &RenderJob, found: &FirstSurfaces) -> [MatteId; 2] {
+        let of = (found.material, found.standing);
+        if of != self.of {
+            (self.of, self.mattes) = (of, job.mattes.of(of.0, of.1));
+        }
+        self.mattes
+    }
 }
 
 /// With all that layers ask for, and albedo and normal black if they are not numbers: one sample would spoil its pixel.

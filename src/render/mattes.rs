@@ -23,16 +23,18 @@ impl Mattes {
         }
     }
 
-    pub(super) fn material(&self, id: Option<MaterialId>) -> MatteId {
-        let number = id.and_then(|id| self.materials.get(id.index()));
-        number.copied().unwrap_or_default()
-    }
-
-    pub(super) fn standing(&self, standing: Standing) -> MatteId {
-        let number = match standing {
+    /// Those of [`crate::film::Layer::MATTES`].
+    #[inline(never)]
+    pub(super) fn of(
+        &self,
+        material: Option<MaterialId>,
+        standing: Option<Standing>,
+    ) -> [MatteId; 2] {
+        let material = material.and_then(|id| self.materials.get(id.index()));
+        let standing = standing.and_then(|standing| match standing {
             Standing::Shape(number) => self.shapes.get(number as usize),
             Standing::Instance(number) => self.instances.get(number as usize),
-        };
-        number.copied().unwrap_or_default()
+        });
+        [material, standing].map(|number| number.copied().unwrap_or_default())
     }
 }

@@ -32,31 +32,14 @@ struct Entry {
 }
 
 impl Coverage {
-    /// Adds a sample that counts so much. Those of a pixel come one after the other.
-    #[inline(always)]
-    pub(super) fn add(&mut self, pixel: u32, id: MatteId, count: i32) {
-        // Mostly the one before.
-        if let Some(last) = self.entries.last_mut()
-            && (last.pixel, last.id) == (pixel, id)
-        {
-            last.count += count;
-        } else {
-            self.add_other(Entry { pixel, id, count });
-        }
-    }
-
-    #[inline(never)]
-    fn add_other(&mut self, more: Entry) {
-        let same = { self.entries.iter_mut().rev() }.take_while(|entry| entry.pixel == more.pixel);
-        match same.into_iter().find(|entry| entry.id == more.id) {
-            Some(entry) => entry.count += more.count,
-            None => self.entries.push(more),
-        }
-    }
-
-    /// The weight of a sample, without its sign, is so much.
-    pub(super) fn see_unit(&mut self, unit: f32) {
+    /// Adds samples that count so much, each of the weight `unit` without its sign. Those of a pixel come one after the other.
+    pub(super) fn add(&mut self, pixel: u32, id: MatteId, count: i32, unit: f32) {
         self.unit = self.unit.max(unit);
+        let same = { self.entries.iter_mut().rev() }.take_while(|entry| entry.pixel == pixel);
+        match same.into_iter().find(|entry| entry.id == id) {
+            Some(entry) => entry.count += count,
+            None => self.entries.push(Entry { pixel, id, count }),
+        }
     }
 
     /// Adds those of other pixels, each of which is the one of these that `place` says, if any.
@@ -212,8 +195,7 @@ mod tests {
             for part in order.chunks(order.len().div_ceil(parts)) {
                 let mut coverage = Coverage::default();
                 for &(id, weight) in part {
-                    coverage.see_unit(weight.abs());
-                    coverage.add(0, id, weight.signum() as i32);
+                    coverage.add(0, id, weight.signum() as i32, weight.abs());
                 }
                 all.merge(&coverage, |_| Some(1));
             }
@@ -242,9 +224,8 @@ mod tests {
     fn words_are_read_back() {
         let mut coverage = Coverage::default();
         for (i, id) in ids().into_iter().enumerate() {
-            coverage.add(i as u32 / 2, id, if i == 4 { -1 } else { 1 });
+            coverage.add(i as u32 / 2, id, if i == 4 { -1 } else { 1 }, 0.5);
         }
-        coverage.see_unit(0.5);
         let words: Vec<u64> = coverage.to_words().collect();
         let mut rest = words.iter().copied();
         assert_eq!(Coverage::from_words(|| rest.next()), Some(coverage));

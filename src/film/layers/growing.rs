@@ -73,8 +73,7 @@ mod tests {
             depth: x,
             coc: x.cos(),
             motion: DVec2::new(x.sin(), x),
-            material: MatteId::of("a"),
-            instance: MatteId::of("b"),
+            mattes: ["a", "b"].map(MatteId::of),
         }
     }
 

@@ -6,13 +6,16 @@
 mod coverage;
 mod cryptomatte;
 mod growing;
+mod image_layers;
+mod sample;
 mod sums;
 
 pub(super) use coverage::Coverage;
 pub use coverage::ImageMatte;
 pub use cryptomatte::{Manifest, MatteId};
 pub(crate) use growing::GrowingLayers;
-pub use sums::{ImageLayer, ImageLayers, LayerSample, SurfaceSample};
+pub use image_layers::{ImageLayer, ImageLayers};
+pub use sample::{LayerSample, SurfaceSample};
 pub(super) use sums::{LayerPixels, TileLayers};
 
 use crate::math::Rgb;

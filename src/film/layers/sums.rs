@@ -6,99 +6,12 @@
 //! does not darken them. *Geometric* layers (`depth`, `position`, `uv`, `motion`, `coc`) are plain means over the samples that meet a
 //! surface, for a mean with the negative weights of some filters may be over a sum that is nearly zero.
 
-use super::coverage::{Coverage, ImageMatte};
-use super::{Layer, LayerSet, MatteId, light_channels};
+use super::coverage::Coverage;
+use super::sample::Lanes;
+use super::{Layer, LayerSample, LayerSet, MatteId, SurfaceSample};
 use crate::film::pairwise::{Join, Pairwise, PixelSum};
-use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3, Vec4};
+use crate::math::{DVec2, DVec3, Rgb, UVec2};
 use arrayvec::ArrayVec;
-
-/// What a camera ray that left the lens and met a surface tells the layers.
-#[derive(Clone, Copy, Debug)]
-pub struct LayerSample<'a> {
-    /// Of the surface.
-    pub surface: &'a SurfaceSample,
-    /// Where render space begins, in world space; and a zero.
-    pub origin: &'a [f64; 4],
-    /// See [`Layer::Depth`].
-    pub depth: f64,
-    /// See [`Layer::Coc`].
-    pub coc: f64,
-    /// See [`Layer::Motion`].
-    pub motion: DVec2,
-    /// See [`Layer::Material`].
-    pub material: MatteId,
-    /// See [`Layer::Instance`].
-    pub instance: MatteId,
-}
-
-/// What layers tell of a surface: numbers side by side, which vector instructions add.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SurfaceSample {
-    albedo: Lanes,
-    normal: Lanes,
-    p: Lanes,
-    uv: Lanes,
-}
-
-/// A vector, and zeros.
-type Lanes = [f32; 4];
-
-impl SurfaceSample {
-    /// See [`Layer::Albedo`].
-    #[inline(always)]
-    pub fn albedo(&self) -> Rgb {
-        Vec3::from_slice(&self.albedo)
-    }
-
-    /// See [`Layer::Normal`]; in render space, which is world space moved.
-    #[inline(always)]
-    pub fn normal(&self) -> Vec3 {
-        Vec3::from_slice(&self.normal)
-    }
-
-    /// The point, in render space.
-    #[inline(always)]
-    pub fn p(&self) -> Vec3 {
-        Vec3::from_slice(&self.p)
-    }
-
-    /// Sets the albedo.
-    #[inline(always)]
-    pub fn set_albedo(&mut self, albedo: Rgb) {
-        self.albedo = lanes(albedo);
-    }
-
-    /// Sets the normal.
-    #[inline(always)]
-    pub fn set_normal(&mut self, normal: Vec3) {
-        self.normal = lanes(normal);
-    }
-
-    /// Sets the point.
-    #[inline(always)]
-    pub fn set_p(&mut self, p: Vec3) {
-        self.p = lanes(p);
-    }
-
-    /// Sets the surface's parameters: see [`Layer::Uv`].
-    #[inline(always)]
-    pub fn set_uv(&mut self, uv: Vec2) {
-        self.uv = [uv.x, uv.y, 0.0, 0.0];
-    }
-
-    /// Returns `true` if albedo and normal are numbers.
-    #[inline(always)]
-    pub fn is_finite(&self) -> bool {
-        let (albedo, normal) = (Vec4::from(self.albedo), Vec4::from(self.normal));
-        // Nearly always: then no addend was anything else.
-        (albedo + normal).is_finite() || albedo.is_finite() && normal.is_finite()
-    }
-}
-
-#[inline(always)]
-fn lanes(v: Vec3) -> Lanes {
-    [v.x, v.y, v.z, 0.0]
-}
 
 /// Sums that all layers share: samples that left the lens, the weights of those that met a surface, their number, and that of all samples.
 pub(super) const SHARED: usize = 4;
@@ -240,14 +153,22 @@ pub(in super::super) struct TileLayers {
     /// The pixel whose samples are being added, and its number, if it has one.
     pixel: UVec2,
     open: Option<u32>,
-    /// The weight of a sample, without its sign.
-    unit: f32,
+    /// Its last samples that have met the same.
+    run: Run,
     leaf: Own,
     in_leaf: u32,
     leaves: Pairwise<Own>,
     /// The same of light, if any is wanted.
     leaf_of_light: Lights,
     leaves_of_light: Pairwise<Lights>,
+}
+
+/// Samples of a pixel, one after the other, of the same weight that have met the same.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run {
+    weight: f32,
+    mattes: [MatteId; 2],
+    samples: i32,
 }
 
 impl TileLayers {
@@ -258,7 +179,7 @@ impl TileLayers {
             wanted: wanted(set),
             pixel: UVec2::MAX,
             open: None,
-            unit: 0.0,
+            run: Run::default(),
             leaf: Own::default(),
             in_leaf: 0,
             leaves: Pairwise::default(),
@@ -286,13 +207,13 @@ impl TileLayers {
         sample: Option<Option<&LayerSample>>,
         lights: &[Rgb],
     ) {
-        let Some(pixel) = self.open else {
+        if self.open.is_none() {
             return;
-        };
+        }
         match sample {
             Some(Some(found)) => {
                 self.leaf.add(f64::from(weight), found);
-                self.cover(pixel, weight, found);
+                self.cover(weight, found.mattes);
             }
             Some(None) => add(&mut self.leaf.shared, &[1.0, 0.0, 0.0, 1.0]),
             None => self.leaf.shared[3] += 1.0,
@@ -307,18 +228,32 @@ impl TileLayers {
         }
     }
 
+    /// Counts for Cryptomattes.
     #[inline(always)]
-    fn cover(&mut self, pixel: u32, weight: f32, sample: &LayerSample) {
-        if weight.abs() > self.unit {
-            self.unit = weight.abs();
+    fn cover(&mut self, weight: f32, mattes: [MatteId; 2]) {
+        if (weight, mattes) != (self.run.weight, self.run.mattes) {
+            self.end_run();
+            (self.run.weight, self.run.mattes) = (weight, mattes);
         }
-        let count = if weight < 0.0 { -1 } else { 1 };
-        let (set, [materials, instances]) = (self.pixels.set, &mut self.pixels.mattes);
-        if set.contains(Layer::Material) {
-            materials.add(pixel, sample.material, count);
-        }
-        if set.contains(Layer::Instance) {
-            instances.add(pixel, sample.instance, count);
+        self.run.samples += 1;
+    }
+
+    #[inline(never)]
+    fn end_run(&mut self) {
+        let Run {
+            weight,
+            mattes,
+            samples,
+        } = std::mem::take(&mut self.run);
+        let (Some(pixel), set) = (self.open.filter(|_| samples > 0), self.pixels.set) else {
+            return;
+        };
+        let count = if weight < 0.0 { -samples } else { samples };
+        let all = self.pixels.mattes.iter_mut().zip(mattes);
+        for ((coverage, id), layer) in all.zip(Layer::MATTES) {
+            if set.contains(layer) {
+                coverage.add(pixel, id, count, weight.abs());
+            }
         }
     }
 
@@ -350,9 +285,7 @@ impl TileLayers {
                 (Some(own), lights)
             }
         };
-        for matte in &mut self.pixels.mattes {
-            matte.see_unit(self.unit);
-        }
+        self.end_run();
         if let (Some(own), Some(index)) = (self.leaves.take(own), self.open) {
             let all = own.side_by_side();
             let sums = self.wanted.iter().map(|&place| all[usize::from(place)]);
@@ -434,158 +367,12 @@ fn add_lights(sums: &mut [f64], lights: impl Iterator<Item = DVec3>) {
     }
 }
 
-/// A layer of all pixels of an image.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ImageLayer {
-    /// Which.
-    pub layer: Layer,
-    /// Row by row, as the image's pixels: the layer's channels, of which there may be fewer than three.
-    pub values: Vec<Rgb>,
-}
-
-impl ImageLayer {
-    /// These layers of so many pixels, all 0.
-    pub(in super::super) fn all_of(set: LayerSet, pixels: usize) -> Vec<ImageLayer> {
-        let black = |layer| ImageLayer {
-            layer,
-            values: vec![Rgb::ZERO; pixels],
-        };
-        let has_means = |layer: &Layer| layer.matte().is_none() && *layer != Layer::Lights;
-        set.iter().filter(has_means).map(black).collect()
-    }
-}
-
-/// All layers of an image.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ImageLayers {
-    /// Means over pixels, in the order of [`Layer::ALL`].
-    pub means: Vec<ImageLayer>,
-    /// Cryptomattes.
-    pub mattes: Vec<ImageMatte>,
-    /// The image by groups of its lights: first of those that have none, then in the order in which the scene names them.
-    pub lights: Vec<Vec<Rgb>>,
-}
-
-impl ImageLayers {
-    /// These layers of so many pixels, all 0.
-    pub(in super::super) fn new(set: LayerSet, pixels: usize) -> ImageLayers {
-        ImageLayers {
-            mattes: ImageMatte::all_of(set, pixels),
-            ..ImageLayers::without_mattes(set, pixels)
-        }
-    }
-
-    /// The same but for Cryptomattes.
-    pub(super) fn without_mattes(set: LayerSet, pixels: usize) -> ImageLayers {
-        ImageLayers {
-            means: ImageLayer::all_of(set, pixels),
-            mattes: Vec::new(),
-            lights: vec![vec![Rgb::ZERO; pixels]; set.lights()],
-        }
-    }
-
-    /// The mean of this layer.
-    pub fn mean(&self, layer: Layer) -> Option<&ImageLayer> {
-        self.means.iter().find(|own| own.layer == layer)
-    }
-
-    /// Sets pixels to what their sums tell: the one that `place` says, if any, for each of the first `count`. Light is in units of 1/`scale`.
-    pub(in super::super) fn develop(
-        &mut self,
-        pixels: &LayerPixels,
-        count: usize,
-        scale: f64,
-        place: impl Fn(usize) -> Option<usize>,
-    ) {
-        for number in 0..count {
-            if let Some(index) = place(number) {
-                self.develop_pixel(index, pixels.pixel(number), scale);
-            }
-        }
-        let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
-        for matte in &mut self.mattes {
-            if let Some(kind) = matte.layer.matte() {
-                pixels.mattes[kind].develop(matte, seen, &place);
-            }
-        }
-    }
-
-    /// Sets a pixel to what these sums tell, but for Cryptomattes.
-    pub(super) fn develop_pixel(&mut self, index: usize, sums: &[f64], scale: f64) {
-        develop_means(&mut self.means, index, sums);
-        self.develop_lights(index, sums, scale);
-    }
-
-    /// The names of the channels of all but Cryptomattes, where layers of light have these names.
-    pub(crate) fn channels(&self, lights: &[String]) -> Vec<String> {
-        let own = self.means.iter().flat_map(|mean| mean.layer.channels());
-        let lights =
-            { lights.iter().take(self.lights.len()) }.flat_map(|name| light_channels(name));
-        own.map(ToString::to_string).chain(lights).collect()
-    }
-
-    /// The values of a pixel in these channels.
-    pub(crate) fn values(&self, pixel: usize) -> impl Iterator<Item = f32> {
-        let own = { self.means.iter() }.map(|mean| (mean.layer.channels().len(), &mean.values));
-        let lights = self.lights.iter().map(|values| (3, values));
-        own.chain(lights).flat_map(move |(components, values)| {
-            let value = values.get(pixel).copied().unwrap_or_default();
-            value.to_array().into_iter().take(components)
-        })
-    }
-
-    /// As colors are: nothing is negative.
-    fn develop_lights(&mut self, index: usize, sums: &[f64], scale: f64) {
-        let first = sums.len().saturating_sub(3 * self.lights.len());
-        let all = sums.get(SHARED - 1).copied().unwrap_or_default();
-        let sums = sums.get(first..).unwrap_or_default().chunks_exact(3);
-        for (values, sums) in self.lights.iter_mut().zip(sums) {
-            if let Some(slot) = values.get_mut(index) {
-                let mean = DVec3::from_slice(sums) * (scale / all.max(1.0));
-                *slot = mean.max(DVec3::ZERO).as_vec3();
-            }
-        }
-    }
-}
-
-/// Sets a pixel of the image's layers to the means that these sums are of.
-fn develop_means(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
-    let Some((&[seen, covered, hits, _], mut own)) = sums.split_first_chunk::<SHARED>() else {
-        return;
-    };
-    for ImageLayer { layer, values } in layers {
-        let Some((sums, rest)) = own.split_at_checked(layer.sums()) else {
-            return;
-        };
-        own = rest;
-        let mean = |over: f64| {
-            let mut mean = DVec3::ZERO;
-            for (mean, sum) in mean.as_mut().iter_mut().zip(sums) {
-                *mean = if over > 0.0 { sum / over } else { 0.0 };
-            }
-            mean
-        };
-        let value = match layer {
-            // A filter with negative lobes may go beyond.
-            Layer::Albedo => mean(seen).clamp(DVec3::ZERO, DVec3::ONE),
-            Layer::Normal => mean(seen).clamp(DVec3::NEG_ONE, DVec3::ONE),
-            Layer::Alpha if seen > 0.0 => DVec3::splat((covered / seen).clamp(0.0, 1.0)),
-            Layer::Alpha => DVec3::ZERO,
-            Layer::Depth | Layer::Position | Layer::Uv | Layer::Motion | Layer::Coc => mean(hits),
-            Layer::Material | Layer::Instance | Layer::Lights => continue,
-        };
-        if let Some(slot) = values.get_mut(index) {
-            // Not a negative zero, which sums may or may not begin with.
-            *slot = (value + 0.0).as_vec3();
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::all;
+    use super::super::{ImageLayers, all};
     use super::*;
     use crate::film::{FilmSpec, PixelBounds, Tile};
+    use crate::math::{Vec2, Vec3};
 
     fn surface(index: u32) -> SurfaceSample {
         let x = index as f32 * 0.618;
@@ -606,8 +393,7 @@ mod tests {
             depth: (20.0 * x.fract()).exp(),
             coc: x.cos(),
             motion: DVec2::new(x.sin(), x),
-            material: MatteId::of(["a", "b", "c"][index as usize % 3]),
-            instance: MatteId::of(&index.to_string()),
+            mattes: [["a", "b", "c"][index as usize % 3], &index.to_string()].map(MatteId::of),
         }
     }
 
@@ -665,8 +451,7 @@ mod tests {
             depth: 4.0,
             coc: 8.0,
             motion: DVec2::new(3.0, -2.0),
-            material: MatteId::of("a"),
-            instance: MatteId::of("b"),
+            mattes: ["a", "b"].map(MatteId::of),
         };
         // One blocked in the lens, one that meets nothing, two that meet the same point.
         for sample in [None, Some(None), Some(Some(&found)), Some(Some(&found))] {
@@ -697,7 +482,7 @@ mod tests {
         assert_eq!(layers.lights[0], [Rgb::splat(2.0)]);
         assert_eq!(layers.lights[1], [Rgb::new(3.0, 4.0, 0.0)]);
         assert_eq!(layers.lights[2], [Rgb::ZERO]);
-        for (matte, id) in layers.mattes.iter().zip([found.material, found.instance]) {
+        for (matte, id) in layers.mattes.iter().zip(found.mattes) {
             let ranks = matte.ranks(0);
             assert_eq!(ranks[0], (id.number(), third as f32));
             assert_eq!(ranks[1], (0.0, 0.0));
