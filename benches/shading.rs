@@ -87,7 +87,6 @@ fn job(material: &str, lights: &str) -> RenderJob {
 /// Where camera rays through all pixels meet the sphere.
 fn hits(job: &RenderJob) -> Vec<(GeometryHit, Option<RayDifferentials>)> {
     let mut found = Vec::new();
-    let mut rays = arrayvec::ArrayVec::new();
     for pixel in 0..SAMPLES {
         let sample = CameraSample {
             raster: Vec2::new((pixel % 32) as f32 + 0.3, (pixel / 32) as f32 + 0.6),
@@ -95,8 +94,9 @@ fn hits(job: &RenderJob) -> Vec<(GeometryHit, Option<RayDifferentials>)> {
             lens: Vec2::splat(0.5),
             wavelength: 0.5,
         };
+        let mut rays = [None];
         job.camera.rays(&[sample], true, &mut rays);
-        for ray in rays.drain(..).flatten() {
+        for ray in rays.into_iter().flatten() {
             let hit = job.world.intersect(&ray.ray);
             found.extend(hit.map(|hit| (hit, ray.differentials)));
         }

@@ -108,6 +108,15 @@ impl CameraTransform {
         }
     }
 
+    /// Where all rays of a pinhole at the origin start, and what takes camera-space directions to render space; `None` if the camera moves
+    /// or clips.
+    pub(super) fn of_still_pinhole(&self) -> Option<(Vec3, [DVec3; 3])> {
+        let is_still = self.motion.is_none() && self.clip == Clip::NONE;
+        let m = &self.render_from_camera;
+        let axes = [m.x_axis, m.y_axis, m.z_axis].map(DVec4::truncate);
+        is_still.then(|| (m.project_point3(DVec3::ZERO).as_vec3(), axes))
+    }
+
     /// The rays of the neighboring pixels at `time`, each through its own origin in camera space.
     pub(super) fn differentials(
         &self,

@@ -245,6 +245,7 @@ impl Camera {
     /// The ray for `sample`; `None` where no light can arrive (a vignetted ray), which counts as
     /// a black sample. `want_differentials` asks for the rays of the neighboring pixels; asking
     /// never changes whether the sample counts.
+    #[cfg(any(test, feature = "internals"))]
     pub fn ray(&self, sample: &CameraSample, want_differentials: bool) -> Option<CameraRay> {
         match self {
             Camera::Projective(c) => Some(c.ray(sample, want_differentials)),
@@ -253,20 +254,22 @@ impl Camera {
         }
     }
 
-    /// The rays for up to [`BUNDLE`] samples, in order: as [`Camera::ray`] for each, whatever the
+    /// The rays for up to [`BUNDLE`] samples, written in order to the front of `rays`: as [`Camera::ray`] for each, whatever the
     /// others are; those of `realistic` in single precision.
     pub fn rays(
         &self,
         samples: &[CameraSample],
         want_differentials: bool,
-        rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
+        rays: &mut [Option<CameraRay>],
     ) {
-        if let Camera::Realistic(c) = self {
-            c.rays(samples, want_differentials, rays);
-            return;
+        match self {
+            Camera::Projective(c) => c.rays(samples, want_differentials, rays),
+            Camera::Realistic(c) => c.rays(samples, want_differentials, rays),
+            Camera::Environment(c) => {
+                for (ray, sample) in rays.iter_mut().zip(samples) {
+                    *ray = Some(c.ray(sample, want_differentials));
+                }
+            }
         }
-        rays.clear();
-        let one = |sample| self.ray(sample, want_differentials);
-        rays.extend(samples.iter().take(BUNDLE).map(one));
     }
 }

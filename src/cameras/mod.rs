@@ -16,6 +16,7 @@ mod connection;
 mod environment;
 mod kinds;
 mod ndc;
+mod pinhole;
 mod projective;
 mod realistic;
 mod screen;
@@ -42,7 +43,6 @@ use crate::math::transform::Transform;
 use crate::math::{Rgb, UVec2, Vec2, Vec3};
 use crate::params::ParamReader;
 use crate::syntax::Span;
-use arrayvec::ArrayVec;
 
 /// Where, when and through which part of the lens the film is struck.
 #[derive(Clone, Copy, Debug)]

@@ -13,6 +13,7 @@
 use super::blur::{Blur, Line};
 use super::camera_transform::{CameraSpaceRay, CameraTransform, Placement};
 use super::connection::Hit;
+use super::pinhole::Pinhole;
 use super::{CameraRay, CameraSample, Clip, FilmGeometry, Screen, Shutter, ThinLens};
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
@@ -130,6 +131,31 @@ impl Projective {
         let time = self.spec.shutter.time(sample.time);
         let neighbors = want_differentials.then(neighbors);
         self.transform.unweighted(&through(raster), neighbors, time)
+    }
+
+    /// The rays for at most [`BUNDLE`](super::BUNDLE) samples, written to the front of `rays`.
+    pub(super) fn rays(
+        &self,
+        samples: &[CameraSample],
+        want_differentials: bool,
+        rays: &mut [Option<CameraRay>],
+    ) {
+        if let Some(pinhole) = self.pinhole() {
+            pinhole.rays(samples, want_differentials, rays);
+            return;
+        }
+        for (ray, sample) in rays.iter_mut().zip(samples) {
+            *ray = Some(self.ray(sample, want_differentials));
+        }
+    }
+
+    /// If it is no more than that.
+    pub(super) fn pinhole(&self) -> Option<Pinhole<'_>> {
+        if self.has_lens() || self.spec.fov.is_none() {
+            return None;
+        }
+        let raster = (self.corner, self.per_pixel);
+        Pinhole::new(&self.transform, raster, &self.spec.shutter)
     }
 
     /// The camera-space ray from point `lens` of the lens that meets the ray through its middle and

@@ -37,7 +37,7 @@ use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
 use crate::integrators::{CameraEnd, CameraPath, Counts, GhostLight, Integrator, WAVE, Workspace};
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
-use crate::math::{DVec3, IVec2, Rgb, UVec2, Vec2};
+use crate::math::{DVec3, Rgb, UVec2, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
@@ -214,16 +214,17 @@ fn sample_tile(
     let want_differentials = job.world.needs_footprint();
     let mut waiting = ArrayVec::<PendingSample, WAVE>::new();
     let mut samples = ArrayVec::<CameraSample, WAVE>::new();
-    let mut rays = ArrayVec::<Option<CameraRay>, WAVE>::new();
-    let mut bundle = ArrayVec::new();
+    let mut rays = [const { None }; WAVE];
     let has_layers = tile.has_layers();
     let mut looks = Vec::new();
-    let mut indices = bounds
-        .pixels()
-        .flat_map(|pixel| samples_of_pixel.clone().map(move |index| (pixel, index)));
+    let mut indices = bounds.pixels().flat_map(|pixel| {
+        let of_pixel = sampler.of_pixel(pixel.as_ivec2());
+        let indices = samples_of_pixel.clone();
+        indices.map(move |index| (pixel, index, of_pixel.stream(index)))
+    });
     loop {
-        for (pixel, index) in indices.by_ref().take(WAVE) {
-            let (sample, rest) = PendingSample::new(job, sampler, pixel, index);
+        for (pixel, index, stream) in indices.by_ref().take(WAVE) {
+            let (sample, rest) = PendingSample::drawn(job, &all.draws, stream, (pixel, index));
             samples.push(sample);
             waiting.push(rest);
         }
@@ -231,13 +232,13 @@ fn sample_tile(
             tile.close();
             return;
         }
-        for samples in samples.chunks(BUNDLE) {
-            job.camera.rays(samples, want_differentials, &mut bundle);
-            rays.extend(bundle.drain(..));
+        let rays = &mut rays[..samples.len()];
+        for (samples, rays) in samples.chunks(BUNDLE).zip(rays.chunks_mut(BUNDLE)) {
+            job.camera.rays(samples, want_differentials, rays);
         }
         let shown = (job, &all);
         if let Some(watch) = watch.as_deref_mut() {
-            for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&rays) {
+            for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&*rays) {
                 let ray = ray.as_ref();
                 let own = (&mut *workspace, &mut *watch);
                 let radiance = waiting.trace(shown, sample, ray, own, has_layers);
@@ -252,11 +253,11 @@ fn sample_tile(
                 let looks = looks.iter_mut().take(waiting.len());
                 looks.for_each(|watch| watch.look(job.film.layers));
             }
-            let camera = (samples.as_slice(), rays.as_slice());
+            let camera = (samples.as_slice(), &*rays);
             let own = (&mut *workspace, looks.as_mut_slice());
             let radiances = radiances(shown, camera, &mut waiting, own);
             let radiances = radiances.as_slice();
-            let samples = (waiting.as_slice(), rays.as_slice());
+            let samples = (waiting.as_slice(), &*rays);
             if has_layers {
                 vectorize::<WIDEST, _>(Tell {
                     shown,
@@ -275,7 +276,6 @@ fn sample_tile(
             waiting.clear();
         }
         samples.clear();
-        rays.clear();
     }
 }
 
@@ -334,11 +334,10 @@ impl Kernel for Finish<'_> {
 pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Option<Place> {
     let (sample, mut waiting) =
         PendingSample::new(job, sampler, dropped.pixel, dropped.sample as u32);
-    let mut rays = ArrayVec::new();
+    let mut rays = [None];
     let want_differentials = job.world.needs_footprint();
-    let samples: ArrayVec<CameraSample, BUNDLE> = [sample].into_iter().collect();
-    job.camera.rays(&samples, want_differentials, &mut rays);
-    let camera_ray: &CameraRay = rays.first()?.as_ref()?;
+    job.camera.rays(&[sample], want_differentials, &mut rays);
+    let camera_ray: &CameraRay = rays[0].as_ref()?;
     let mut watch = Watch::default();
     let all = OfAll::new(job);
     job.integrator.radiance(
@@ -359,6 +358,7 @@ struct OfAll<'a> {
     /// See [`RenderJob::paths_per_sample`].
     light_paths: f32,
     shown: Shown<'a>,
+    draws: Draws,
 }
 
 impl OfAll<'_> {
@@ -367,6 +367,27 @@ impl OfAll<'_> {
             shown: Shown::new(job),
             spacing: 1.0 / (job.footprint_spp.max(1) as f32).sqrt(),
             light_paths: job.paths_per_sample(),
+            draws: Draws::new(job),
+        }
+    }
+}
+
+/// Which of a sample's numbers an image needs.
+struct Draws {
+    time: bool,
+    lens: bool,
+    wavelength: bool,
+    /// [`PendingSample::film_density`] is one of them.
+    film_density: bool,
+}
+
+impl Draws {
+    fn new(job: &RenderJob) -> Draws {
+        Draws {
+            time: job.world.moves() || job.camera.moves(),
+            lens: job.camera.has_lens(),
+            wavelength: job.camera.disperses(),
+            film_density: job.integrator.traces_light(),
         }
     }
 }
@@ -381,26 +402,36 @@ struct PendingSample {
 }
 
 impl PendingSample {
-    /// Dimensions are used in the order film, time, lens (if the camera has one), wavelength (if it disperses), path.
+    /// Sample `index` of a pixel.
     fn new(
         job: &RenderJob,
         sampler: &Sampler,
         pixel: UVec2,
         index: u32,
     ) -> (CameraSample, PendingSample) {
-        let at = IVec2::new(pixel.x as i32, pixel.y as i32);
-        let mut stream = sampler.stream(at, index);
+        let stream = sampler.stream(pixel.as_ivec2(), index);
+        PendingSample::drawn(job, &Draws::new(job), stream, (pixel, index))
+    }
+
+    /// Dimensions are used in the order film, time, lens (if the camera has one), wavelength (if it disperses), path.
+    #[inline]
+    fn drawn(
+        job: &RenderJob,
+        draws: &Draws,
+        mut stream: SampleStream,
+        (pixel, index): (UVec2, u32),
+    ) -> (CameraSample, PendingSample) {
         let on_film = job.filter.sample(stream.next_2d());
-        let time = stream.next_1d_if(job.world.moves() || job.camera.moves());
+        let time = stream.next_1d_if(draws.time);
         let sample = CameraSample {
             raster: pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
             time,
-            lens: if job.camera.has_lens() {
+            lens: if draws.lens {
                 stream.next_2d()
             } else {
                 Vec2::splat(0.5)
             },
-            wavelength: if job.camera.disperses() {
+            wavelength: if draws.wavelength {
                 stream.next_1d()
             } else {
                 0.5
@@ -411,7 +442,7 @@ impl PendingSample {
             index,
             stream,
             filter_weight: on_film.weight,
-            film_density: if job.integrator.traces_light() {
+            film_density: if draws.film_density {
                 job.filter.at(on_film.offset).0
             } else {
                 1.0

@@ -293,7 +293,7 @@ impl Pass<'_> {
         let want_differentials = job.world.needs_footprint();
         let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
         let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
-        let mut rays = ArrayVec::new();
+        let mut rays = [const { None }; BUNDLE];
         let mut discs = pixels.discs.iter_mut();
         let mut at = pixels.tile.bounds().pixels();
         loop {

@@ -190,17 +190,40 @@ impl Sampler {
         self.is_dependent() && self.spp >= MIN_HALVED
     }
 
+    /// The streams of a pixel's samples.
+    pub fn of_pixel(&self, pixel: IVec2) -> PixelSampler {
+        let packed = u64::from(pixel.x as u32) | u64::from(pixel.y as u32) << 32;
+        PixelSampler {
+            points: self.points,
+            seed: mix2(self.seed, packed),
+        }
+    }
+
+    /// The stream of one camera sample: see [`PixelSampler::stream`].
+    pub fn stream(&self, pixel: IVec2, index: u32) -> SampleStream {
+        self.of_pixel(pixel).stream(index)
+    }
+}
+
+/// A sampler at one pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelSampler {
+    points: Points,
+    /// The sampler's, and the pixel.
+    seed: u64,
+}
+
+impl PixelSampler {
     /// The stream of one camera sample. Indices at or beyond [`Sampler::spp`] are allowed and continue with
     /// new points that are equally well distributed.
-    pub fn stream(&self, pixel: IVec2, index: u32) -> SampleStream {
-        let packed = u64::from(pixel.x as u32) | u64::from(pixel.y as u32) << 32;
-        let seed = mix2(self.seed, packed);
+    #[inline]
+    pub fn stream(&self, index: u32) -> SampleStream {
         match self.points {
             Points::Stratified(grid) => {
-                SampleStream::Stratified(StratifiedStream::new(grid, seed, index))
+                SampleStream::Stratified(StratifiedStream::new(grid, self.seed, index))
             }
-            Points::Random => SampleStream::Random(RandomStream::new(seed, index)),
-            Points::Sobol => SampleStream::Sobol(SobolStream::new(seed, index)),
+            Points::Random => SampleStream::Random(RandomStream::new(self.seed, index)),
+            Points::Sobol => SampleStream::Sobol(SobolStream::new(self.seed, index)),
         }
     }
 }

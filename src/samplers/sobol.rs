@@ -41,7 +41,7 @@ struct Drawn {
     /// Which set.
     number: u32,
     /// How many of them are used or skipped.
-    used: usize,
+    used: u8,
     /// The values are computed.
     made: bool,
 }
@@ -56,7 +56,7 @@ impl Drawn {
 
     /// The index of the next `count` values (1 or 2) in this set or in a new one; `sets` have begun so far.
     #[inline]
-    fn take(&mut self, count: usize, sets: &mut u32) -> usize {
+    fn take(&mut self, count: u8, sets: &mut u32) -> u8 {
         if self.used > 4 - count {
             (self.number, self.used, self.made) = (*sets, 0, false);
             *sets = sets.wrapping_add(1);
@@ -128,6 +128,7 @@ impl Kernel for InSet {
 
 impl SobolStream {
     /// Sample `index` of the pixel hashed into `seed`.
+    #[inline]
     pub(super) fn new(seed: u64, index: u32) -> SobolStream {
         SobolStream {
             points: ScrambledPoints {
@@ -147,7 +148,7 @@ impl SobolStream {
             self.singles.values = self.points.in_set(self.singles.number);
             self.singles.made = true;
         }
-        self.singles.values[at & 3]
+        self.singles.values[usize::from(at & 3)]
     }
 
     #[inline]

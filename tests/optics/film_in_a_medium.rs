@@ -4,7 +4,6 @@
 //! of index n' (Boyd, *Radiometry and the Detection of Optical Radiation*, 1983, §5.1).
 
 use crate::realistic_camera::{DGAUSS, camera, film, samples, spec};
-use arrayvec::ArrayVec;
 use fstop::cameras::{
     BUNDLE, CameraSample, Form, Realistic, RealisticSpec, Weighting, pbrt_pupil_box,
 };
@@ -76,7 +75,7 @@ fn white(camera: &Realistic, pixels: u32) -> [f64; 2] {
         .filter_map(|s| camera.ray(s, false))
         .map(|r| f64::from(r.weight))
         .sum();
-    let (mut rays, mut together) = (ArrayVec::new(), 0.0);
+    let (mut rays, mut together) = ([None; BUNDLE], 0.0);
     for bundle in all.chunks(BUNDLE) {
         camera.rays(bundle, bundle[0].lens.x < 0.5, &mut rays);
         together += rays

@@ -1,6 +1,5 @@
 //! Stops that are not round, in the camera: how much light they let through, and what out-of-focus points look like.
 
-use arrayvec::ArrayVec;
 use fstop::cameras::{
     BUNDLE, Camera, CameraRay, CameraSample, CameraSpec, Clip, Compat, FilmGeometry, Form,
     Precision, RealisticSpec, Shutter, Weighting,
@@ -79,7 +78,7 @@ fn light(camera: &Camera, at: Vec2, samples: u32, counts: impl Fn(&CameraRay) ->
         .collect();
     let mut sum = 0.0;
     for bundle in all.chunks(BUNDLE) {
-        let mut rays: ArrayVec<Option<CameraRay>, BUNDLE> = ArrayVec::new();
+        let mut rays = [None; BUNDLE];
         camera.rays(bundle, false, &mut rays);
         sum += rays
             .iter()

@@ -164,7 +164,7 @@ fn compare(camera: &Camera, field: f32, n: usize) -> Option<Difference> {
         inside.then(|| at.y as usize * TILES + at.x as usize)
     };
     let mut sums = [[0.0; TILES * TILES]; 2];
-    let mut rays = ArrayVec::new();
+    let mut rays = [None; BUNDLE];
     for first in (0..n).step_by(BUNDLE) {
         let samples: [CameraSample; BUNDLE] = std::array::from_fn(|k| {
             let [x, y, u, v] = spread::<4>(first + k);

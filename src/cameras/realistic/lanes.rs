@@ -21,21 +21,21 @@ use arrayvec::ArrayVec;
 pub(super) const FEW: usize = 8;
 
 impl Realistic {
-    /// The rays for `samples`, side by side; `None` where they must be made one at a time.
+    /// Writes the rays for at most [`BUNDLE`] samples to the front of `rays`, side by side; `None` where they must be made one at
+    /// a time.
     pub(super) fn rays_in_lanes(
         &self,
         samples: &[CameraSample],
         want_differentials: bool,
-    ) -> Option<ArrayVec<Option<CameraRay>, BUNDLE>> {
+        rays: &mut [Option<CameraRay>],
+    ) -> Option<()> {
         let placing = self.placing.as_ref()?;
-        let samples = &samples[..samples.len().min(BUNDLE)];
-        let mut rays = ArrayVec::new();
-        rays.extend(samples.iter().map(|_| None));
+        rays[..samples.len()].fill(None);
         let mut maker = Maker {
             camera: self,
             placing,
             samples,
-            rays: &mut rays,
+            rays,
         };
         for optics in self.bands.iter().chain([&self.main]) {
             let of_this = |i: &usize| std::ptr::eq(self.optics(&samples[*i]), optics);
@@ -52,7 +52,7 @@ impl Realistic {
                 maker.make::<BUNDLE, 0>(optics, &chosen)?;
             }
         }
-        Some(rays)
+        Some(())
     }
 }
 

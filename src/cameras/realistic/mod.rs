@@ -79,7 +79,6 @@ use crate::optics::pupil::{PupilSample, projected_solid_angle};
 use crate::optics::real::Dual;
 use crate::optics::{Lens, LensRay};
 use crate::syntax::Span;
-use arrayvec::ArrayVec;
 use connection::Connections;
 use ghosts::GhostSampling;
 use optics::{FILTER_REACH, FilmReach, Optics, PupilTarget, is_too_fine};
@@ -258,20 +257,20 @@ impl Realistic {
         self.placing = None;
     }
 
-    /// The rays for `samples`, side by side.
+    /// The rays for at most [`BUNDLE`] samples, side by side, written to the front of `rays`.
     pub fn rays(
         &self,
         samples: &[CameraSample],
         want_differentials: bool,
-        rays: &mut ArrayVec<Option<CameraRay>, BUNDLE>,
+        rays: &mut [Option<CameraRay>],
     ) {
-        if let Some(made) = self.rays_in_lanes(samples, want_differentials) {
-            *rays = made;
-            return;
+        let samples = &samples[..samples.len().min(BUNDLE)];
+        let side_by_side = self.rays_in_lanes(samples, want_differentials, rays);
+        if side_by_side.is_none() {
+            for (ray, sample) in rays.iter_mut().zip(samples) {
+                *ray = self.ray(sample, want_differentials);
+            }
         }
-        rays.clear();
-        let one = |sample| self.ray(sample, want_differentials);
-        rays.extend(samples.iter().take(BUNDLE).map(one));
     }
 
     /// Returns `true` if rays are traced in several bands of the spectrum.

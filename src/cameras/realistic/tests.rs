@@ -129,7 +129,8 @@ fn bundles_have_the_differentials_of_rays_alone() {
         let all: Vec<_> = samples(2048, Vec2::ZERO, Vec2::new(400.0, 300.0)).collect();
         let mut compared = 0;
         for bundle in all.chunks(BUNDLE) {
-            let rays = c.rays_in_lanes(bundle, true).unwrap();
+            let mut rays = [None; BUNDLE];
+            c.rays_in_lanes(bundle, true, &mut rays).unwrap();
             for (sample, ray) in bundle.iter().zip(rays) {
                 let (Some(ray), Some(alone)) = (ray, c.ray(sample, true)) else {
                     continue;

@@ -11,13 +11,11 @@
 
 mod assistance;
 
-use super::{CameraRay, CameraSample, OfAll, PendingSample, RenderJob};
-use crate::cameras::BUNDLE;
+use super::{OfAll, PendingSample, RenderJob};
 use crate::film::{LightShare, PixelBounds};
 use crate::integrators::{Learned, Splat, Workspace};
 use crate::math::{Rgb, UVec2, color::luminance};
 use crate::samplers::Sampler;
-use arrayvec::ArrayVec;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -260,14 +258,12 @@ impl RenderJob {
         workspace: &mut Workspace,
     ) -> [f64; 2] {
         let (sample, mut waiting) = PendingSample::new(self, sampler, pixel, index);
-        let mut rays = ArrayVec::new();
-        let samples: ArrayVec<CameraSample, BUNDLE> = [sample].into_iter().collect();
+        let mut rays = [None];
         let differentials = self.world.needs_footprint();
-        self.camera.rays(&samples, differentials, &mut rays);
-        let Some(Some(ray)) = rays.first() else {
+        self.camera.rays(&[sample], differentials, &mut rays);
+        let [Some(ray)] = &rays else {
             return [0.0; 2];
         };
-        let ray: &CameraRay = ray;
         let parts = self.integrator.radiance_in_parts(
             &self.world,
             &waiting.camera_end(self, &sample, ray, all),

@@ -5,10 +5,9 @@
 
 use super::cases::{self, Case, case, prescription};
 use super::rays::{lens, spread};
-use arrayvec::ArrayVec;
 use fstop::cameras::{
-    BUNDLE, Camera, CameraRay, CameraSample, CameraSpec, Clip, Compat, FilmGeometry, Form,
-    Precision, RealisticSpec, Shutter, Weighting,
+    BUNDLE, Camera, CameraSample, CameraSpec, Clip, Compat, FilmGeometry, Form, Precision,
+    RealisticSpec, Shutter, Weighting,
 };
 use fstop::math::transform::Transform;
 use fstop::math::{UVec2, Vec2};
@@ -125,7 +124,7 @@ fn white(camera: &Camera, at: Vec2, count: usize) -> f64 {
         .collect();
     let mut sum = 0.0;
     for bundle in samples.chunks(BUNDLE) {
-        let mut rays: ArrayVec<Option<CameraRay>, BUNDLE> = ArrayVec::new();
+        let mut rays = [None; BUNDLE];
         camera.rays(bundle, false, &mut rays);
         for ray in rays.iter().flatten() {
             assert!(ray.weight.is_finite() && ray.weight >= 0.0, "{ray:?}");

@@ -158,7 +158,7 @@ fn a_reflecting_lens_is_darker() {
         wavelength: 0.5,
     };
     let [open, bare, coated] = cameras.map(|camera| {
-        let mut rays = arrayvec::ArrayVec::new();
+        let mut rays = [None];
         camera.rays(&[sample], false, &mut rays);
         let ray = rays[0].unwrap();
         (ray.weight, ray.tint)
