@@ -136,11 +136,11 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
     let motion_times = motion_times.then(|| motion::times(&frame, &shutter));
     let (mut options, mut materials) = (frame.options, frame.materials);
     materials::prepare(&mut materials, &assets.bsdf_files);
-    // Ray differentials need them as well, where a ray is reflected or refracted.
-    let footprint =
-        assets.textures.needs_footprint() || materials.iter().any(Material::needs_footprint);
+    // Ray differentials need them as well, where they are reflected or refracted.
+    let follows = options.integrator.spec.follows_differentials()
+        && (assets.textures.needs_footprint() || materials.iter().any(Material::needs_footprint));
     let bare = materials.iter().map(|material| {
-        !(material.needs_parameters(&materials) || footprint && material.is_smooth(&materials))
+        !(material.needs_parameters(&materials) || follows && material.is_smooth(&materials))
     });
     let shapes = Shapes {
         bare: bare.collect(),

@@ -49,6 +49,8 @@ impl DirectLighting {
 }
 
 impl Transport for DirectLighting {
+    const FOLLOWS_DIFFERENTIALS: bool = true;
+
     fn radiance(&self, context: Context) -> Rgb {
         let sample_lights = match self.strategy {
             Strategy::All => sample_all_lights,

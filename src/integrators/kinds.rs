@@ -16,6 +16,9 @@ pub(super) trait Transport {
     /// Paths are traced from the lights, too.
     const TRACES_LIGHT: bool = false;
 
+    /// Ray differentials are followed through mirrors and glass.
+    const FOLLOWS_DIFFERENTIALS: bool = false;
+
     /// Photons are sent from the lights before camera paths are traced, which gather them.
     const PHOTONS: bool = false;
 
@@ -101,6 +104,11 @@ macro_rules! integrator_types {
             /// Returns `true` if paths are traced from the lights, too.
             pub fn traces_light(&self) -> bool {
                 match self { $(IntegratorSpec::$Type(_) => $Type::TRACES_LIGHT,)* }
+            }
+
+            /// Returns `true` if ray differentials are followed through mirrors and glass.
+            pub fn follows_differentials(&self) -> bool {
+                match self { $(IntegratorSpec::$Type(_) => $Type::FOLLOWS_DIFFERENTIALS,)* }
             }
 
             /// Returns `true` if photons are sent from the lights before camera paths are traced, which gather them.

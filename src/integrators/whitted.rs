@@ -25,6 +25,8 @@ impl Whitted {
 }
 
 impl Transport for Whitted {
+    const FOLLOWS_DIFFERENTIALS: bool = true;
+
     fn radiance(&self, context: Context) -> Rgb {
         specular::trace(context, self.max_depth, sample_lights)
     }

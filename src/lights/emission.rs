@@ -7,7 +7,7 @@
 
 use super::{LightSample, LightType};
 use crate::math::color::is_black;
-use crate::math::float::offset_ray_origin;
+use crate::math::float::{is_positive, offset_ray_origin};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::sampling::concentric_disk;
@@ -83,7 +83,7 @@ pub struct EmissionDensity {
 impl EmissionDensity {
     /// 0 for what is no density, and never chosen.
     pub(super) fn or_zero(self) -> EmissionDensity {
-        let or_zero = |density: f32| match density > 0.0 && density.is_finite() {
+        let or_zero = |density: f32| match is_positive(density) {
             true => density,
             false => 0.0,
         };

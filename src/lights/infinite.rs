@@ -10,6 +10,7 @@ use super::environment_map::EnvironmentMap;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
 use super::{LightBounds, LightMap, LightSample, LightType, strength};
+use crate::math::float::is_positive;
 use crate::math::frame::Frame;
 use crate::math::sampling::{
     UNIFORM_SPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, sin_cos_turns, uniform_sphere,
@@ -254,7 +255,7 @@ impl PlacedMap {
         let d = self.render_from_light * w;
         let length = d.length();
         let pdf = pdf / (2.0 * PI * PI * sin_theta) * self.density_change(length);
-        (pdf > 0.0 && pdf.is_finite()).then(|| (d / length, pdf, self.map.map.lookup(uv)))
+        is_positive(pdf).then(|| (d / length, pdf, self.map.map.lookup(uv)))
     }
 
     fn pdf(&self, receiver: Receiver, d: Vec3) -> f32 {

@@ -121,26 +121,27 @@ impl Half {
     /// added to the cosine: it is almost as much, and saves two roots.
     #[inline(always)]
     fn at(&self, to: &Receiver) -> [f32; HALF] {
+        // Of two numbers the fast ones take the second where one is none; that never is.
         let one = f32x4::ONE;
         // Written out: `array::map` is not inlined here (see `accel::packet`).
         let x = f32x4::splat(to.p.x) - self.center[0];
         let y = f32x4::splat(to.p.y) - self.center[1];
         let z = f32x4::splat(to.p.z) - self.center[2];
         let distance2 = x * x + y * y + z * z;
-        let over_distance = one / distance2.max(f32x4::splat(f32::MIN_POSITIVE)).sqrt();
+        let over_distance = one / distance2.fast_max(f32x4::splat(f32::MIN_POSITIVE)).sqrt();
         let size = self.radius * over_distance;
         let cos = (x * self.axis[0] + y * self.axis[1] + z * self.axis[2]) * over_distance;
-        let sin = (one - cos * cos).max(f32x4::ZERO).sqrt();
+        let sin = (one - cos * cos).fast_max(f32x4::ZERO).sqrt();
         // Past the directions that shine most.
         let within = cos.simd_ge(self.cos_spread);
         let past = within.bitselect(one, cos * self.cos_spread + sin * self.sin_spread);
-        let seen = (past + size).min(one);
-        let share = seen.max(f32x4::ZERO) & seen.simd_ge(self.cos_falloff);
+        let seen = (past + size).fast_min(one);
+        let share = seen.fast_max(f32x4::ZERO) & seen.simd_ge(self.cos_falloff);
         let n = to.n;
         let along = x * f32x4::splat(n.x) + y * f32x4::splat(n.y) + z * f32x4::splat(n.z);
-        let facing = (along.abs() * over_distance + size).min(one);
+        let facing = (along.abs() * over_distance + size).fast_min(one);
         let received = f32x4::splat(to.always) + f32x4::splat(to.by_cosine) * facing;
-        let falloff = (over_distance * over_distance).min(self.most);
+        let falloff = (over_distance * over_distance).fast_min(self.most);
         (self.everywhere + self.intensity * share * received * falloff).to_array()
     }
 }

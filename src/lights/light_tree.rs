@@ -15,6 +15,7 @@ use super::light_bounds::LightBounds;
 use super::tree::{Kind, Part, Tree};
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
+use crate::math::float::is_positive;
 
 /// Nodes side by side at the top.
 const TOP: usize = 4;
@@ -211,7 +212,7 @@ impl Top {
     /// How much of the probability is shared out evenly: all of it where nothing arrives or the
     /// point is not finite.
     fn even_share(&self) -> f32 {
-        if self.total > 0.0 && self.total.is_finite() {
+        if is_positive(self.total) {
             EVEN_SHARE
         } else {
             1.0
@@ -229,7 +230,7 @@ impl Chances {
     /// By estimates; evenly where these do not say anything.
     fn new(estimates: [f32; LANES], parts: &[Part; LANES]) -> Chances {
         let total = sum(&estimates);
-        if total > 0.0 && total.is_finite() {
+        if is_positive(total) {
             return Chances { estimates, total };
         }
         let estimates = parts.map(|part| f32::from(u8::from(part != Part::NOTHING)));

@@ -96,6 +96,12 @@ impl LightSelector {
         !matches!(self.choice, Choice::Uniform(0 | 1))
     }
 
+    /// The light that is always chosen.
+    #[inline]
+    pub fn only(&self) -> Option<LightId> {
+        matches!(self.choice, Choice::Uniform(1)).then_some(LightId(0))
+    }
+
     /// A light for the point `from` and its probability; `None` where there are no lights.
     pub fn sample(&self, from: &ReferencePoint, u: f32) -> Option<(LightId, f32)> {
         match &self.choice {

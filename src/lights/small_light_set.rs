@@ -4,6 +4,7 @@
 use super::lanes::{HALF, LANES, Lanes, Receiver};
 use super::light_tree::{Candidate, EVEN_SHARE, pick, sum};
 use crate::handles::LightId;
+use crate::math::float::is_positive;
 
 /// Up to eight lights, in lanes of the same numbers.
 #[derive(Clone, Debug)]
@@ -60,7 +61,7 @@ impl SmallLightSet {
         };
         let total = sum(&estimates);
         // Nothing arrives, or the point is not finite.
-        if !(total > 0.0 && total.is_finite()) {
+        if !is_positive(total) {
             return self.even;
         }
         std::array::from_fn(|i| {

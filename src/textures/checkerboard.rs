@@ -4,6 +4,7 @@ use super::value::textures_of;
 use super::{Compiler, Mapping, PointMap, TextureClass, TextureValue, Textures};
 use crate::inputs::TexturesRead;
 use crate::math::Vec2;
+use crate::math::float::floor;
 use crate::math::transform::Transform;
 use crate::params::ParamReader;
 use crate::surface::TexturePoint;
@@ -103,19 +104,23 @@ impl<V: TextureValue> TextureClass<V> for Checkerboard<V> {
 
 /// 1 where the cell's coordinates add up to an odd number, else 0; what is not finite counts as 0.
 fn odd_cell(p: &[f32]) -> f32 {
+    /// From here on floats are even.
+    const ALL_EVEN: f32 = 16_777_216.0;
     // Each coordinate's parity by itself: exact for floats beyond any integer's range too.
-    let odd = p.iter().filter(|x| x.floor().rem_euclid(2.0) == 1.0);
+    let odd = p
+        .iter()
+        .filter(|x| x.abs() < ALL_EVEN && floor(**x).0 & 1 == 1);
     (odd.count() % 2) as f32
 }
 
 /// Share of odd cells in the box of half-widths `w` around `st`; ½ for boxes wider than two cells.
 fn odd_share(st: Vec2, w: Vec2) -> f32 {
     let (low, high) = (st - w, st + w);
-    if low.floor() == high.floor() {
-        return odd_cell(&st.to_array());
-    }
     if w.max_element() > 1.0 || !low.is_finite() || !high.is_finite() {
         return 0.5;
+    }
+    if floor(low.x) == floor(high.x) && floor(low.y) == floor(high.y) {
+        return odd_cell(&st.to_array());
     }
     let s = odd_interval_share(low.x, high.x);
     let t = odd_interval_share(low.y, high.y);
@@ -130,7 +135,8 @@ fn odd_interval_share(low: f32, high: f32) -> f32 {
     // Length of odd intervals below x.
     let below = |x: f32| {
         let half = x / 2.0;
-        half.floor() + 2.0 * (half - half.floor() - 0.5).max(0.0)
+        let whole = floor(half).1;
+        whole + 2.0 * (half - whole - 0.5).max(0.0)
     };
     ((below(high) - below(low)) / (high - low)).clamp(0.0, 1.0)
 }
@@ -153,6 +159,9 @@ mod tests {
         assert_eq!(odd_cell(&[-0.5, -0.5]), 0.0);
         assert_eq!(odd_cell(&[1.5, 0.5, 2.5]), 1.0);
         assert_eq!(odd_cell(&[3e9, 0.5]), 0.0);
+        assert_eq!(odd_cell(&[f32::MAX, 1.5]), 1.0);
+        assert_eq!(odd_cell(&[16_777_215.0, 0.5]), 1.0);
+        assert_eq!(odd_cell(&[f32::NAN, f32::NEG_INFINITY]), 0.0);
     }
 
     #[test]

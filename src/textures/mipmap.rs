@@ -5,6 +5,7 @@ use super::{TextureCoordinates, TextureValue};
 use crate::math::Vec2;
 use crate::math::float::{clamp_nan_low, floor};
 use std::f32::consts::PI;
+use wide::f32x4;
 
 /// What lies outside the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +35,9 @@ const ANISOTROPY_LIMIT: f32 = 1024.0;
 
 /// Entries of the Gaussian's table.
 const GAUSSIAN_SIZE: usize = 128;
+
+/// Steps from a texel to the next three.
+const FOUR: f32x4 = f32x4::new([0.0, 1.0, 2.0, 3.0]);
 
 /// An image of power-of-two size with its coarser copies; t runs with the rows.
 #[derive(Clone, Debug)]
@@ -171,17 +175,34 @@ impl<V: TextureValue> Mipmap<V> {
         let first = [low.x, low.y].map(|v| floor(-v).0.saturating_neg());
         let last = [high.x, high.y].map(|v| floor(v).0);
         let (mut sum, mut weights) = (V::default(), 0.0);
+        let [a, b] = [a, b].map(f32x4::splat);
         for t in first[1]..=last[1] {
             let dt = t as f32 - p.y;
-            for s in first[0]..=last[0] {
-                let ds = s as f32 - p.x;
-                let r2 = a * ds * ds + b * ds * dt + c * dt * dt;
-                if r2 < 1.0 {
-                    let weight = self.gaussian
-                        [((r2 * GAUSSIAN_SIZE as f32) as usize).min(GAUSSIAN_SIZE - 1)];
-                    sum += level.texel(s, t, self.wrap) * weight;
+            let of_row = f32x4::splat(c * dt * dt);
+            // Four texels side by side: of those of the box more than half are outside the ellipse.
+            let mut start = first[0];
+            while start <= last[0] {
+                let ds = f32x4::splat(start as f32) + FOUR - f32x4::splat(p.x);
+                let r2 = a * ds * ds + b * ds * f32x4::splat(dt) + of_row;
+                let mut inside = r2.simd_lt(f32x4::ONE).to_bitmask();
+                let more = last[0].saturating_sub(start);
+                if more < 3 {
+                    inside &= (2 << more) - 1;
+                }
+                // Rounding takes some below 0.
+                let entry = r2.fast_max(f32x4::ZERO) * f32x4::splat(GAUSSIAN_SIZE as f32);
+                let entries = entry.fast_trunc_int().to_array();
+                while inside != 0 {
+                    let lane = inside.trailing_zeros();
+                    inside &= inside - 1;
+                    let weight = self.gaussian[entries[lane as usize] as usize % GAUSSIAN_SIZE];
+                    sum += level.texel(start + i64::from(lane), t, self.wrap) * weight;
                     weights += weight;
                 }
+                let Some(next) = start.checked_add(4) else {
+                    break;
+                };
+                start = next;
             }
         }
         // No texel where the position is beyond a float's whole numbers.

@@ -7,6 +7,7 @@ use super::emitter_sampling::weighted;
 use super::shadows::Gain;
 use crate::bsdf::{Scatterer, ScattererRows};
 use crate::handles::LightId;
+use crate::integrators::context::WAVE;
 use crate::lights::{Glow, Light};
 use crate::math::color::is_black;
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
@@ -18,21 +19,29 @@ use crate::surface::ReferencePoint;
 use crate::world::World;
 
 /// Vertices side by side.
-const ROOM: usize = 64;
+const ROOM: usize = WAVE;
 
 /// Of each light so many vertices must come together that it pays, so lights must be few.
 const LIGHTS: usize = 4;
 
-/// The vertices that wait for light, by light; none where a light is not one of these lamps.
-pub(super) struct Lamps<S: Scatterer>([Option<Box<Waiting<S>>>; LIGHTS]);
+/// The vertices that wait for light.
+pub(super) struct Lamps<S: Scatterer> {
+    /// By light; none where a light is not one of these lamps.
+    waiting: [Option<Box<Waiting<S>>>; LIGHTS],
+    /// What has been found for those of one light.
+    samples: Box<Samples>,
+}
 
 impl<S: Scatterer> Lamps<S> {
     /// Those of the world.
     pub(super) fn new(world: &World) -> Lamps<S> {
-        let mut lamps = Lamps(Default::default());
+        let mut lamps = Lamps {
+            waiting: Default::default(),
+            samples: Box::default(),
+        };
         let lights = world.sampled_lights();
         if lights.len() <= LIGHTS {
-            for (waiting, light) in lamps.0.iter_mut().zip(lights) {
+            for (waiting, light) in lamps.waiting.iter_mut().zip(lights) {
                 *waiting = is_branchless(light).then(Box::default);
             }
         }
@@ -42,7 +51,7 @@ impl<S: Scatterer> Lamps<S> {
     /// Returns `true` if this light is one of them, as seen from here.
     #[inline(always)]
     pub(super) fn has(&self, world: &World, light: LightId, from: &ReferencePoint) -> bool {
-        matches!(self.0.get(light.index()), Some(Some(_)))
+        matches!(self.waiting.get(light.index()), Some(Some(_)))
             && match world.light(light).shape() {
                 Some((Emitter::Sphere(ball), _)) => ball.is_far_from(from),
                 _ => true,
@@ -59,7 +68,7 @@ impl<S: Scatterer> Lamps<S> {
         vertex: (&ReferencePoint, &S),
         (path, throughput): (u32, Rgb),
     ) -> bool {
-        let Some(Some(waiting)) = self.0.get_mut(light.index()) else {
+        let Some(Some(waiting)) = self.waiting.get_mut(light.index()) else {
             return false;
         };
         let i = waiting.count & (ROOM - 1);
@@ -71,11 +80,30 @@ impl<S: Scatterer> Lamps<S> {
 
     /// Computes all that waits: shadow rays, and what is gained where nothing blocks them.
     pub(super) fn light(&mut self, world: &World, mut add: impl FnMut(&Ray, Gain)) {
-        for (waiting, light) in self.0.iter_mut().zip(0..) {
+        let samples = &mut self.samples;
+        for (waiting, light) in self.waiting.iter_mut().zip(0..) {
             if let Some(waiting) = waiting.as_deref_mut().filter(|waiting| waiting.count > 0) {
-                waiting.light(world, LightId(light), &mut add);
+                waiting.light((world, LightId(light)), samples, &mut add);
             }
         }
+    }
+
+    /// Computes for the first `count` of these vertices, all of which sample this light: see [`Lamps::found`].
+    pub(super) fn light_all(
+        &mut self,
+        (world, light): (&World, LightId),
+        vertices: VertexRows<S>,
+        count: usize,
+    ) {
+        let samples = &mut self.samples;
+        samples.find((world, light), vertices, count);
+    }
+
+    /// The shadow ray of vertex `i` of these, and what is gained if nothing blocks it; `None` for nothing.
+    #[inline(always)]
+    pub(super) fn found(&self, i: usize, time: f32) -> Option<(Ray, Rgb)> {
+        let light = self.samples.value.get(i);
+        (!is_black(light)).then(|| (self.samples.shadow(i, time), light))
     }
 }
 
@@ -91,7 +119,6 @@ struct Waiting<S: Scatterer> {
     vertices: Vertices<S>,
     /// Their paths.
     paths: [u32; ROOM],
-    samples: Samples,
 }
 
 impl<S: Scatterer> Default for Waiting<S> {
@@ -100,36 +127,26 @@ impl<S: Scatterer> Default for Waiting<S> {
             count: 0,
             vertices: Vertices::default(),
             paths: [0; ROOM],
-            samples: Samples::default(),
         }
     }
 }
 
 impl<S: Scatterer> Waiting<S> {
-    fn light(&mut self, world: &World, from: LightId, add: &mut impl FnMut(&Ray, Gain)) {
-        match world.light(from).shape() {
-            Some((Emitter::Parallelogram(piece), glow)) => self.sample(&**piece, glow),
-            Some((Emitter::Sphere(ball), glow)) => self.sample(&ball.far(), glow),
-            _ => {}
-        }
+    fn light(
+        &mut self,
+        (world, from): (&World, LightId),
+        samples: &mut Samples,
+        add: &mut impl FnMut(&Ray, Gain),
+    ) {
         let count = std::mem::take(&mut self.count);
+        samples.find((world, from), self.vertices.rows(), count);
         let kept = self.vertices.time.iter().zip(&self.paths).take(count);
         for ((&time, &path), i) in kept.zip(0..) {
-            let light = self.samples.value.get(i);
+            let light = samples.value.get(i);
             if !is_black(light) {
-                add(&self.samples.shadow(i, time), Gain { path, from, light });
+                add(&samples.shadow(i, time), Gain { path, from, light });
             }
         }
-    }
-
-    fn sample<E: BranchlessEmitter>(&mut self, emitter: &E, glow: Glow) {
-        vectorize::<ROOM, _>(SideBySide {
-            emitter: *emitter,
-            glow,
-            vertices: &self.vertices,
-            count: self.count,
-            samples: &mut self.samples,
-        });
     }
 }
 
@@ -158,7 +175,28 @@ impl<S: Scatterer> Default for Vertices<S> {
     }
 }
 
+/// What light is sampled with, wherever it is kept.
+pub(super) struct VertexRows<'a, S: Scatterer> {
+    pub pmf: &'a [f32; ROOM],
+    pub u: &'a [[f32; ROOM]; 2],
+    pub p: &'a Rows3<ROOM>,
+    pub p_error: &'a Rows3<ROOM>,
+    pub scatterers: &'a S::Rows<ROOM>,
+    pub throughput: &'a Rows3<ROOM>,
+}
+
 impl<S: Scatterer> Vertices<S> {
+    fn rows(&self) -> VertexRows<'_, S> {
+        VertexRows {
+            pmf: &self.pmf,
+            u: &self.u,
+            p: &self.p,
+            p_error: &self.p_error,
+            scatterers: &self.scatterers,
+            throughput: &self.throughput,
+        }
+    }
+
     #[inline(always)]
     fn set(
         &mut self,
@@ -176,7 +214,9 @@ impl<S: Scatterer> Vertices<S> {
         self.scatterers.set(i, scatterer);
         self.throughput.set(i, throughput);
     }
+}
 
+impl<S: Scatterer> VertexRows<'_, S> {
     /// What [`super::PathState::sample_light`] would add, and its shadow ray. Black where nothing comes.
     #[inline(always)]
     fn sample<E: BranchlessEmitter>(&self, i: usize, emitter: &E, glow: &Glow) -> (Rgb, Ray) {
@@ -220,6 +260,39 @@ impl Default for Samples {
 }
 
 impl Samples {
+    /// Finds them for the first `count` of these vertices.
+    fn find<S: Scatterer>(
+        &mut self,
+        (world, from): (&World, LightId),
+        vertices: VertexRows<S>,
+        count: usize,
+    ) {
+        match world.light(from).shape() {
+            Some((Emitter::Parallelogram(piece), glow)) => {
+                self.sample((&**piece, glow), vertices, count);
+            }
+            Some((Emitter::Sphere(ball), glow)) => {
+                self.sample((&ball.far(), glow), vertices, count);
+            }
+            _ => {}
+        }
+    }
+
+    fn sample<E: BranchlessEmitter, S: Scatterer>(
+        &mut self,
+        (emitter, glow): (&E, Glow),
+        vertices: VertexRows<S>,
+        count: usize,
+    ) {
+        vectorize::<ROOM, _>(SideBySide {
+            emitter: *emitter,
+            glow,
+            vertices,
+            count,
+            samples: self,
+        });
+    }
+
     #[inline(always)]
     fn set(&mut self, i: usize, (value, shadow): (Rgb, Ray)) {
         self.value.set(i, value);
@@ -243,7 +316,7 @@ impl Samples {
 struct SideBySide<'a, E, S: Scatterer> {
     emitter: E,
     glow: Glow,
-    vertices: &'a Vertices<S>,
+    vertices: VertexRows<'a, S>,
     count: usize,
     samples: &'a mut Samples,
 }

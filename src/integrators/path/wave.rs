@@ -315,13 +315,12 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     /// Emitter sampling at all vertices of a kind.
     fn sample_lights<S: Scatterer>(&mut self, lot: &mut Lot<S>, paths: &mut Paths) {
         let selector = &self.bundle.lights.selector;
+        if let Some(only) = selector.only() {
+            self.sample_everywhere(lot, paths, only, |_| true);
+            return;
+        }
         for light in 0..selector.sample_all_count().unwrap_or(0) {
-            for i in 0..lot.vertices.count() {
-                if paths.samples_all(self.bundle.lights, lot.vertices.path(i)) {
-                    self.sample_light(lot, paths, i, (LightId(light), 1.0));
-                }
-            }
-            self.light(&mut lot.lamps, paths);
+            self.sample_everywhere(lot, paths, LightId(light), Trail::is_first);
         }
         // As many rounds as a path's first vertex takes: it may lie beyond surfaces without material, in any step.
         for number in 0..selector.choices(true) {
@@ -329,6 +328,59 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
                 self.sample_some(lot, paths, i, number);
             }
             self.light(&mut lot.lamps, paths);
+        }
+    }
+
+    /// Samples one light at all vertices of a kind whose paths `do_so`.
+    fn sample_everywhere<S: Scatterer>(
+        &mut self,
+        lot: &mut Lot<S>,
+        paths: &mut Paths,
+        light: LightId,
+        do_so: impl Fn(&Trail) -> bool,
+    ) {
+        let world = self.bundle.world;
+        let is_only = !self.bundle.lights.selector.chooses();
+        let count = lot.vertices.count();
+        let mut are_side_by_side = [false; WAVE];
+        for (i, is_side_by_side) in are_side_by_side.iter_mut().enumerate().take(count) {
+            let path = lot.vertices.path(i);
+            let trail = &paths.trails[path];
+            if !do_so(trail) {
+                continue;
+            }
+            let stream = &mut *self.bundle.paths[path].stream;
+            if is_only {
+                // Its number chooses nothing.
+                stream.skip_1d();
+            }
+            if lot
+                .lamps
+                .has(world, light, &lot.vertices.from(i, trail.ray.time))
+            {
+                *is_side_by_side = true;
+                lot.vertices.set_number(i, stream.next_2d());
+            } else {
+                self.sample_light(lot, paths, i, (light, 1.0));
+            }
+        }
+        if are_side_by_side.contains(&true) {
+            lot.lamps
+                .light_all((world, light), lot.vertices.rows(), count);
+        }
+        for i in (0..count).filter(|&i| are_side_by_side[i]) {
+            let path = lot.vertices.path(i);
+            let time = paths.trails[path].ray.time;
+            if let Some((shadow, found)) = lot.lamps.found(i, time) {
+                let gain = Gain {
+                    path: path as u32,
+                    from: light,
+                    light: found,
+                };
+                if paths.shadows.push(&shadow, gain) {
+                    self.trace_shadows(paths);
+                }
+            }
         }
     }
 

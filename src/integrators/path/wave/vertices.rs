@@ -2,6 +2,8 @@
 
 use crate::accel::{FlatHits, SmoothHits};
 use crate::bsdf::{Coated, CoatedLobes, Matte, Scatterer, ScattererRows};
+use crate::integrators::context::WAVE;
+use crate::integrators::path::lamps::VertexRows;
 use crate::integrators::vertex::LeanVertex;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
@@ -155,7 +157,7 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         }
     }
 
-    /// Sets the numbers that choose a direction.
+    /// Sets the numbers that choose a point of a light, or a direction.
     #[inline(always)]
     pub(super) fn set_number(&mut self, i: usize, u: Vec2) {
         (self.u[0][i], self.u[1][i]) = (u.x, u.y);
@@ -207,6 +209,23 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         next.d.set(i, sample.wi);
         next.pdf[i] = sample.pdf;
         next.goes_on[i] = (is_lit & !is_black(throughput) & is_finite).into();
+    }
+}
+
+/// The probability of a light that is sampled at all vertices.
+static CERTAIN: [f32; WAVE] = [1.0; WAVE];
+
+impl<S: Scatterer> Vertices<S, WAVE> {
+    /// Where a light is sampled at the points that their numbers choose.
+    pub(super) fn rows(&self) -> VertexRows<'_, S> {
+        VertexRows {
+            pmf: &CERTAIN,
+            u: &self.u,
+            p: &self.p,
+            p_error: &self.p_error,
+            scatterers: &self.scatterers,
+            throughput: &self.throughput,
+        }
     }
 }
 
