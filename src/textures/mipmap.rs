@@ -179,16 +179,12 @@ impl<V: TextureValue> Mipmap<V> {
         for t in first[1]..=last[1] {
             let dt = t as f32 - p.y;
             let of_row = f32x4::splat(c * dt * dt);
-            // Four texels side by side: of those of the box more than half are outside the ellipse.
+            // Four texels side by side: of those of the box more than half are outside the ellipse, as are those beyond it.
             let mut start = first[0];
             while start <= last[0] {
                 let ds = f32x4::splat(start as f32) + FOUR - f32x4::splat(p.x);
                 let r2 = a * ds * ds + b * ds * f32x4::splat(dt) + of_row;
                 let mut inside = r2.simd_lt(f32x4::ONE).to_bitmask();
-                let more = last[0].saturating_sub(start);
-                if more < 3 {
-                    inside &= (2 << more) - 1;
-                }
                 // Rounding takes some below 0.
                 let entry = r2.fast_max(f32x4::ZERO) * f32x4::splat(GAUSSIAN_SIZE as f32);
                 let entries = entry.fast_trunc_int().to_array();
@@ -196,7 +192,7 @@ impl<V: TextureValue> Mipmap<V> {
                     let lane = inside.trailing_zeros();
                     inside &= inside - 1;
                     let weight = self.gaussian[entries[lane as usize] as usize % GAUSSIAN_SIZE];
-                    sum += level.texel(start + i64::from(lane), t, self.wrap) * weight;
+                    sum += level.texel(start.wrapping_add(lane.into()), t, self.wrap) * weight;
                     weights += weight;
                 }
                 let Some(next) = start.checked_add(4) else {
