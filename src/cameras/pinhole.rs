@@ -249,7 +249,8 @@ mod tests {
             ProjectiveSpec::default(),
         ];
         for spec in specs {
-            assert!({ Projective::new(&spec, &FILM, &place(20.0)).pinhole() }.is_none());
+            let camera = Projective::new(&spec, &FILM, &place(20.0));
+            assert!(camera.pinhole().is_none());
         }
         let mut moving = Projective::new(&perspective(50.0), &FILM, &place(20.0));
         let motion = Motion::new(&place(20.0), &place(30.0), [0.0, 1.0]);
