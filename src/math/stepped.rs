@@ -95,14 +95,14 @@ impl SteppedDensities {
         let position = u * f32::from(STEPS);
         let step = (position as u16).min(STEPS - 1);
         let lines = self.starts(density);
-        let mut passed = 0u16;
+        // By place in a line, and added up once: few instructions for each line.
+        let mut passed = [0u16; LINE];
         for line in lines {
-            let mut here = 0;
-            for start in line.0 {
-                here += u16::from(start <= step);
+            for (passed, start) in passed.iter_mut().zip(line.0) {
+                *passed += u16::from(start <= step);
             }
-            passed += here;
         }
+        let passed: u16 = passed.iter().sum();
         // The first start is never after a step; cells of no width come before the one that is found.
         let cell = usize::from(passed).saturating_sub(1);
         let (start, end) = ends(lines, cell);
