@@ -53,15 +53,41 @@ mod tests {
     use crate::world::World;
 
     fn world(text: &str) -> World {
+        world_of("whitted", text)
+    }
+
+    /// Under this integrator.
+    fn world_of(integrator: &str, text: &str) -> World {
         let sources = SourceMap::new();
         // A texture that is filtered: without one hits have no derivatives.
         let filtered = "Texture \"t\" \"color\" \"checkerboard\" MakeNamedMaterial \"m\" \"string type\" \"matte\" \"texture Kd\" \"t\"";
-        let text = format!("WorldBegin {filtered} {text} WorldEnd");
+        let text = format!("Integrator \"{integrator}\" WorldBegin {filtered} {text} WorldEnd");
         let main = sources.add_text("test.pbrt", text);
         let (mut scene, _) = read_scene(&sources, main, &ReadSettings::default());
         let (built, diagnostics) = crate::build::build(scene.frames.pop().unwrap(), 0);
         assert!(!diagnostics.has_errors());
         built.unwrap().job.world
+    }
+
+    #[test]
+    fn smooth_surfaces_have_derivatives_where_they_are_used() {
+        for (integrator, uses) in [
+            ("whitted", true),
+            ("directlighting", true),
+            ("path", false),
+            ("volpath", false),
+            ("bdpt", false),
+            ("sppm", false),
+        ] {
+            let world = world_of(integrator, "Material \"glass\" Shape \"sphere\"");
+            let ray = Ray::new(Vec3::new(0.2, 0.1, -5.0), Vec3::Z, 0.0);
+            let surface = world.intersect(&ray).expect("a hit").surface;
+            let derivatives = [surface.dpdu, surface.shading.dndu];
+            assert!(
+                derivatives.iter().all(|d| (*d != Vec3::ZERO) == uses),
+                "{integrator}: {derivatives:?}"
+            );
+        }
     }
 
     /// The specular ray that leaves the hit of `ray`.
