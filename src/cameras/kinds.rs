@@ -254,7 +254,7 @@ impl Camera {
         }
     }
 
-    /// The rays for up to [`BUNDLE`] samples, written in order to the front of `rays`: as [`Camera::ray`] for each, whatever the
+    /// The rays for up to [`BUNDLE`] samples, written in order to `rays`, which has room for as many: as [`Camera::ray`] for each, whatever the
     /// others are; those of `realistic` in single precision.
     pub fn rays(
         &self,

@@ -228,6 +228,34 @@ mod tests {
     }
 
     #[test]
+    fn where_the_numbers_end_rays_run_ahead_as_one_by_one() {
+        for distance in [0.0, -3.0, 7.0] {
+            let spec = ProjectiveSpec {
+                lens: ThinLens {
+                    radius: 0.0,
+                    focal_distance: distance,
+                },
+                ..perspective(60.0)
+            };
+            let camera = Projective::new(&spec, &FILM, &place(70.0));
+            let at = |x: f32, y: f32| CameraSample {
+                raster: Vec2::new(x, y),
+                time: 0.5,
+                lens: Vec2::splat(0.5),
+                wavelength: 0.5,
+            };
+            let samples = [at(f32::INFINITY, 3.0), at(4.0, f32::NAN), at(5.0, 6.0)];
+            let mut rays = [None; 3];
+            camera.rays(&samples, true, &mut rays);
+            for (sample, ray) in samples.iter().zip(&rays) {
+                assert_eq!(bits(&ray.unwrap()), bits(&camera.ray(sample, true)));
+            }
+            let [ahead, other] = [0, 2].map(|i| rays[i].unwrap().ray.d);
+            assert!(ahead.is_finite() && ahead != other);
+        }
+    }
+
+    #[test]
     fn lenses_planes_motion_and_parallel_rays_are_no_pinhole() {
         let lens = ThinLens {
             radius: 0.1,

@@ -68,9 +68,13 @@ impl ThinLens {
 
     /// What to add to the z = 1 direction of the ray through the lens' middle so that it meets that
     /// ray in the plane of focus when it starts at `point` instead. Divided by the distance, so that
-    /// 1e30 and infinity are no trouble.
+    /// 1e30 and infinity are no trouble. Nothing for a pinhole, whatever its distance.
     pub fn turn(&self, point: DVec2) -> DVec2 {
-        -point / self.focal_distance
+        if self.radius > 0.0 {
+            -point / self.focal_distance
+        } else {
+            DVec2::ZERO
+        }
     }
 
     /// In words.
@@ -119,8 +123,11 @@ mod tests {
             ),
             // Without a lens the distance has no effect.
             (r#""float focaldistance" -3"#, lens(0.0, -3.0), 0, 0),
+            (r#""float focaldistance" 0"#, lens(0.0, 0.0), 0, 0),
         ] {
             let outcome = read("perspective", text, ThinLens::from_params);
+            let turned = outcome.value.turn(outcome.value.point(Vec2::ZERO));
+            assert!(turned.is_finite(), "{text}");
             assert_eq!(outcome.value, expected, "{text}");
             assert_eq!((outcome.errors, outcome.warnings), (errors, warnings));
         }

@@ -121,7 +121,8 @@ impl Half {
     /// added to the cosine: it is almost as much, and saves two roots.
     #[inline(always)]
     fn at(&self, to: &Receiver) -> [f32; HALF] {
-        // Of two numbers of which one is NaN, `fast_max` and `fast_min` return the second, which here never is.
+        // `fast_max` and `fast_min` do not care for NaN, which only a point that is none brings: whatever they return, no light that can
+        // reach a sound point is lost.
         let one = f32x4::ONE;
         // Written out: `array::map` is not inlined here (see `accel::packet`).
         let x = f32x4::splat(to.p.x) - self.center[0];

@@ -186,7 +186,10 @@ mod tests {
             (odd_share(Vec2::new(0.5, 1.0), Vec2::new(0.0, 0.25)) - 0.5).abs() < 1e-6,
             "a box without width"
         );
-        assert_eq!(odd_share(Vec2::splat(f32::NAN), Vec2::splat(0.1)), 0.5);
+        for nowhere in [f32::NAN, f32::INFINITY] {
+            assert_eq!(odd_share(Vec2::splat(nowhere), Vec2::splat(0.1)), 0.5);
+        }
+        assert_eq!(odd_share(Vec2::splat(1e20), Vec2::splat(2.0)), 0.5);
     }
 
     #[test]

@@ -78,7 +78,7 @@ fn white(camera: &Realistic, pixels: u32) -> [f64; 2] {
     let (mut rays, mut together) = ([None; BUNDLE], 0.0);
     for bundle in all.chunks(BUNDLE) {
         camera.rays(bundle, bundle[0].lens.x < 0.5, &mut rays);
-        together += rays
+        together += rays[..bundle.len()]
             .iter()
             .flatten()
             .map(|r| f64::from(r.weight))

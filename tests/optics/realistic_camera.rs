@@ -309,7 +309,7 @@ fn the_smallest_stops_lose_no_light() {
         let mut sum = 0.0;
         for bundle in all.chunks(BUNDLE) {
             c.rays(bundle, false, &mut rays);
-            sum += rays
+            sum += rays[..bundle.len()]
                 .iter()
                 .flatten()
                 .map(|r| f64::from(r.weight))

@@ -88,7 +88,8 @@ impl<S: Scatterer> Lamps<S> {
         }
     }
 
-    /// Computes for the first `count` of these vertices, all of which sample this light: see [`Lamps::found`].
+    /// Computes for the first `count` of these vertices; of those that do not sample this light, whatever comes of it, nobody is to ask
+    /// [`Lamps::found`].
     pub(super) fn light_all(
         &mut self,
         (world, light): (&World, LightId),

@@ -151,9 +151,32 @@ fn under_many_lamps() -> String {
     OUTDOORS.replace("WorldBegin", &format!("WorldBegin\n{lamps}"))
 }
 
+/// [`ROOM_WITH_LAMPS`] with one of them, with neither but a point, and seen through a pane without material, beyond which first
+/// vertices lie one step later.
+fn other_rooms() -> [String; 4] {
+    const FIRST: &str = "AreaLightSource \"diffuse\" \"rgb L\" [ 3 2 1 ]";
+    const SECOND: &str = "Translate 2 0 -1";
+    let end = ROOM_WITH_LAMPS.find(SECOND).expect("the ball");
+    let flat = format!("{} WorldEnd", &ROOM_WITH_LAMPS[..end]);
+    let point = "LightSource \"point\" \"rgb I\" [ 9 8 7 ] \"point from\" [ 0 3 0 ]";
+    let pane = "Material \"none\" Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ]
+        \"point P\" [ -4 -4 -3  0 -4 -3  0 4 -3  -4 4 -3 ] Material \"plastic\" Shape \"sphere\" \"float radius\" 1";
+    [
+        flat.replace(FIRST, point),
+        ROOM_WITH_LAMPS.replace(FIRST, ""),
+        ROOM_WITH_LAMPS.replacen("Material \"plastic\"", pane, 1),
+        flat,
+    ]
+}
+
 #[test]
 fn a_path_brings_the_same_in_any_wave_as_by_itself() {
-    for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()] {
+    let rooms = other_rooms();
+    let others = rooms.iter().map(String::as_str);
+    for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()]
+        .into_iter()
+        .chain(others)
+    {
         let job = job(text);
         let expected = one_by_one(&job).radiances;
         let lit = expected.iter().filter(|&&light| !is_black(light)).count();
@@ -167,7 +190,13 @@ fn a_path_brings_the_same_in_any_wave_as_by_itself() {
 
 #[test]
 fn layers_see_the_same_in_a_wave_as_by_itself() {
-    for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()] {
+    let rooms = other_rooms();
+    // Where there is a group of lights.
+    let others = rooms[1..3].iter().map(String::as_str);
+    for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()]
+        .into_iter()
+        .chain(others)
+    {
         let job = job(text);
         let (expected, found) = (one_by_one(&job), in_waves(&job, WAVE, true));
         assert_eq!(bits(&found.radiances), bits(&expected.radiances));
