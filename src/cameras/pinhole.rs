@@ -97,18 +97,17 @@ impl Kernel for Rays<'_> {
         }
         let [x, y] = raster;
         let (d, lengths) = pinhole.directions([&x, &y]);
-        let (mut unit, mut t_max) = ([[0.0f32; BUNDLE]; 3], [0.0f32; BUNDLE]);
+        let mut unit = [[0.0f32; BUNDLE]; 3];
         for lane in 0..BUNDLE {
             for axis in 0..3 {
                 unit[axis][lane] = (d[axis][lane] / lengths[lane]) as f32;
             }
-            t_max[lane] = (f64::INFINITY * lengths[lane]) as f32;
         }
         let at = |d: &[Row<f32>; 3], lane: usize| Vec3::new(d[0][lane], d[1][lane], d[2][lane]);
         let out = self.rays.iter_mut().zip(self.samples).take(BUNDLE);
         if !self.want_differentials {
             for (lane, (ray, sample)) in out.enumerate() {
-                *ray = Some(pinhole.ray(sample, (at(&unit, lane), t_max[lane]), None));
+                *ray = Some(pinhole.ray(sample, at(&unit, lane), None));
             }
             return;
         }
@@ -131,8 +130,7 @@ impl Kernel for Rays<'_> {
                 ry_o: pinhole.o,
                 ry_d: at(&neighbors[1], lane),
             };
-            let main = (at(&unit, lane), t_max[lane]);
-            *ray = Some(pinhole.ray(sample, main, Some(differentials)));
+            *ray = Some(pinhole.ray(sample, at(&unit, lane), Some(differentials)));
         }
     }
 }
@@ -142,14 +140,14 @@ impl Pinhole<'_> {
     fn ray(
         &self,
         sample: &CameraSample,
-        (d, t_max): (Vec3, f32),
+        d: Vec3,
         differentials: Option<RayDifferentials>,
     ) -> CameraRay {
         CameraRay {
             ray: Ray {
                 o: self.o,
                 d,
-                t_max,
+                t_max: f32::INFINITY,
                 time: self.shutter.time(sample.time),
             },
             weight: 1.0,

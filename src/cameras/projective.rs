@@ -149,7 +149,7 @@ impl Projective {
         }
     }
 
-    /// If it is no more than that.
+    /// As a still pinhole; `None` with a lens, motion or clip planes, and for parallel projection.
     pub(super) fn pinhole(&self) -> Option<Pinhole<'_>> {
         if self.has_lens() || self.spec.fov.is_none() {
             return None;

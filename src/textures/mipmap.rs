@@ -160,20 +160,12 @@ impl<V: TextureValue> Mipmap<V> {
     /// The Gaussian over one level's texels within the ellipse of the given half-axes.
     fn ellipse(&self, level: usize, st: Vec2, major: Vec2, minor: Vec2) -> V {
         let level = &self.levels[level];
-        let p = st * level.size() - 0.5;
-        let (d0, d1) = (major * level.size(), minor * level.size());
-        // Implicit form A s² + B s t + C t² < 1, grown by one texel so that it always holds some.
-        let a = d0.y * d0.y + d1.y * d1.y + 1.0;
-        let b = -2.0 * (d0.x * d0.y + d1.x * d1.y);
-        let c = d0.x * d0.x + d1.x * d1.x + 1.0;
-        let f = 1.0 / (a * c - 0.25 * b * b);
-        let (a, b, c) = (a * f, b * f, c * f);
-        let det = 4.0 * a * c - b * b;
-        let extent = 2.0 / det * Vec2::new((det * c).sqrt(), (det * a).sqrt());
-        let (low, high) = (p - extent, p + extent);
-        // From the first whole number not below `low`, which is −⌊−low⌋, to the last not above `high`.
-        let first = [low.x, low.y].map(|v| floor(-v).0.saturating_neg());
-        let last = [high.x, high.y].map(|v| floor(v).0);
+        let Ellipse {
+            p,
+            form: [a, b, c],
+            first,
+            last,
+        } = Ellipse::new(level.size(), st, major, minor);
         let (mut sum, mut weights) = (V::default(), 0.0);
         let [a, b] = [a, b].map(f32x4::splat);
         for t in first[1]..=last[1] {
@@ -211,6 +203,41 @@ impl<V: TextureValue> Mipmap<V> {
             sum * (1.0 / weights)
         } else {
             level.texel(p.x as i64, p.y as i64, self.wrap)
+        }
+    }
+}
+
+/// An ellipse among the texels of a level.
+struct Ellipse {
+    /// Its middle, in texels: centers of texels are whole numbers.
+    p: Vec2,
+    /// A, B and C of its points' A s² + B s t + C t² < 1, from the middle.
+    form: [f32; 3],
+    /// The first and the last texel that it may hold, in s and t.
+    first: [i64; 2],
+    last: [i64; 2],
+}
+
+impl Ellipse {
+    /// Around `st`, with these half-axes (both in units of the whole image), grown by one texel so that it always holds some.
+    #[inline(always)]
+    fn new(size: Vec2, st: Vec2, major: Vec2, minor: Vec2) -> Ellipse {
+        let p = st * size - 0.5;
+        let (d0, d1) = (major * size, minor * size);
+        let a = d0.y * d0.y + d1.y * d1.y + 1.0;
+        let b = -2.0 * (d0.x * d0.y + d1.x * d1.y);
+        let c = d0.x * d0.x + d1.x * d1.x + 1.0;
+        let f = 1.0 / (a * c - 0.25 * b * b);
+        let (a, b, c) = (a * f, b * f, c * f);
+        let det = 4.0 * a * c - b * b;
+        let extent = 2.0 / det * Vec2::new((det * c).sqrt(), (det * a).sqrt());
+        let (low, high) = (p - extent, p + extent);
+        Ellipse {
+            p,
+            form: [a, b, c],
+            // From the first whole number not below `low`, which is −⌊−low⌋, to the last not above `high`.
+            first: [low.x, low.y].map(|v| floor(-v).0.saturating_neg()),
+            last: [high.x, high.y].map(|v| floor(v).0),
         }
     }
 }
@@ -476,19 +503,15 @@ mod tests {
     /// [`Mipmap::ellipse`], a texel at a time.
     fn one_by_one(map: &Mipmap<f32>, level: usize, st: Vec2, major: Vec2, minor: Vec2) -> f32 {
         let level = &map.levels[level];
-        let p = st * level.size() - 0.5;
-        let (d0, d1) = (major * level.size(), minor * level.size());
-        let a = d0.y * d0.y + d1.y * d1.y + 1.0;
-        let b = -2.0 * (d0.x * d0.y + d1.x * d1.y);
-        let c = d0.x * d0.x + d1.x * d1.x + 1.0;
-        let f = 1.0 / (a * c - 0.25 * b * b);
-        let (a, b, c) = (a * f, b * f, c * f);
-        let det = 4.0 * a * c - b * b;
-        let reach = 2.0 / det * Vec2::new((det * c).sqrt(), (det * a).sqrt());
-        let (low, high) = ((p - reach).ceil(), (p + reach).floor());
+        let Ellipse {
+            p,
+            form: [a, b, c],
+            first,
+            last,
+        } = Ellipse::new(level.size(), st, major, minor);
         let (mut sum, mut weights) = (0.0, 0.0);
-        for t in low.y as i64..=high.y as i64 {
-            for s in low.x as i64..=high.x as i64 {
+        for t in first[1]..=last[1] {
+            for s in first[0]..=last[0] {
                 let (ds, dt) = (s as f32 - p.x, t as f32 - p.y);
                 let r2 = a * ds * ds + b * ds * dt + c * dt * dt;
                 if r2 < 1.0 {
