@@ -1,0 +1,191 @@
+//! Emitter sampling at the vertices of a wave: as [`PathState::sample_direct`](super::super::PathState::sample_direct), side by side where
+//! the light is one of few [lamps](Lamps).
+
+use super::{Lot, Paths, Walk};
+use crate::bsdf::Scatterer;
+use crate::handles::LightId;
+use crate::integrators::context::{CameraPath, Lights, WAVE};
+use crate::integrators::path::Trail;
+use crate::integrators::path::emitter_sampling::choose;
+use crate::integrators::path::lamps::Lamps;
+use crate::integrators::path::shadows::Gain;
+use crate::world::World;
+
+impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
+    /// Emitter sampling at all vertices of a kind.
+    pub(super) fn sample_lights<S: Scatterer>(&mut self, lot: &mut Lot<S>, paths: &mut Paths) {
+        let selector = &self.bundle.lights.selector;
+        if let Some(only) = selector.only() {
+            self.sample_everywhere(lot, paths, only, |_| true);
+            return;
+        }
+        for light in 0..selector.sample_all_count().unwrap_or(0) {
+            self.sample_everywhere(lot, paths, LightId(light), Trail::is_first);
+        }
+        // As many rounds as a path's first vertex takes: it may lie beyond surfaces without material, in any step.
+        for number in 0..selector.choices(true) {
+            for i in 0..lot.vertices.count() {
+                self.sample_some(lot, paths, i, number);
+            }
+            self.light(&mut lot.lamps, paths);
+        }
+    }
+
+    /// Samples one light at all vertices of a kind whose paths `do_so`.
+    fn sample_everywhere<S: Scatterer>(
+        &mut self,
+        lot: &mut Lot<S>,
+        paths: &mut Paths,
+        light: LightId,
+        do_so: impl Fn(&Trail) -> bool,
+    ) {
+        let world = self.bundle.world;
+        let is_only = !self.bundle.lights.selector.chooses();
+        let count = lot.vertices.count();
+        let mut are_side_by_side = [false; WAVE];
+        for (i, is_side_by_side) in are_side_by_side.iter_mut().enumerate().take(count) {
+            let path = lot.vertices.path(i);
+            let trail = &paths.trails[path];
+            if !do_so(trail) {
+                continue;
+            }
+            let stream = &mut *self.bundle.paths[path].stream;
+            if is_only {
+                // Its number chooses nothing.
+                stream.skip_1d();
+            }
+            if lot
+                .lamps
+                .has(world, light, &lot.vertices.from(i, trail.ray.time))
+            {
+                *is_side_by_side = true;
+                lot.vertices.set_number(i, stream.next_2d());
+            } else {
+                self.sample_light(lot, paths, i, (light, 1.0));
+            }
+        }
+        if are_side_by_side.contains(&true) {
+            lot.lamps
+                .light_all((world, light), lot.vertices.rows(), count);
+        }
+        for i in (0..count).filter(|&i| are_side_by_side[i]) {
+            let path = lot.vertices.path(i);
+            let time = paths.trails[path].ray.time;
+            if let Some((shadow, found)) = lot.lamps.found(i, time) {
+                let gain = Gain {
+                    path: path as u32,
+                    from: light,
+                    light: found,
+                };
+                if paths.shadows.push(&shadow, gain) {
+                    self.trace_shadows(paths);
+                }
+            }
+        }
+    }
+
+    /// Makes one of the choices of a light at a vertex where not all are sampled, and samples that light.
+    #[inline(always)]
+    fn sample_some<S: Scatterer>(
+        &mut self,
+        lot: &mut Lot<S>,
+        paths: &mut Paths,
+        i: usize,
+        number: u32,
+    ) {
+        let path = lot.vertices.path(i);
+        let selector = &self.bundle.lights.selector;
+        let trail = &paths.trails[path];
+        let all = selector.choices(trail.is_first());
+        if number >= all || paths.samples_all(self.bundle.lights, path) {
+            return;
+        }
+        let from = lot.vertices.from(i, trail.ray.time);
+        let stream = &mut *self.bundle.paths[path].stream;
+        match choose(selector, &from, (number, all), stream) {
+            Some(chosen) => self.sample_light(lot, paths, i, chosen),
+            None => stream.skip_2d(),
+        }
+    }
+
+    /// Samples one light at a vertex.
+    #[inline(always)]
+    fn sample_light<S: Scatterer>(
+        &mut self,
+        lot: &mut Lot<S>,
+        paths: &mut Paths,
+        i: usize,
+        chosen: (LightId, f32),
+    ) {
+        let path = lot.vertices.path(i);
+        let u = self.bundle.paths[path].stream.next_2d();
+        let trail = &paths.trails[path];
+        let vertex = lot.vertices.vertex(i, trail.ray.time);
+        if lot.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
+            let (known, whose) = (
+                (&vertex.from, &vertex.scatterer),
+                (path as u32, trail.throughput),
+            );
+            if lot.lamps.keep(chosen, u, known, whose) {
+                self.light(&mut lot.lamps, paths);
+            }
+        } else {
+            let state = self.state(path as u32, *trail, false);
+            let sample = state.unshadowed(chosen, u, &vertex, &vertex.from);
+            if let Some(arriving) = sample {
+                let gain = Gain {
+                    path: path as u32,
+                    from: chosen.0,
+                    light: trail.throughput * arriving.weighted(),
+                };
+                if paths.shadows.push(&arriving.shadow, gain) {
+                    self.trace_shadows(paths);
+                }
+            }
+        }
+    }
+
+    /// Computes the light that waits, but for what blocks it.
+    fn light<S: Scatterer>(&mut self, lamps: &mut Lamps<S>, waiting: &mut Paths) {
+        let world = self.bundle.world;
+        let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
+        let shadows = &mut waiting.shadows;
+        lamps.light(world, |shadow, gain| {
+            if shadows.push(shadow, gain) {
+                shadows.trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
+            }
+        });
+    }
+
+    /// Adds the light that nothing blocks.
+    pub(super) fn trace_shadows(&mut self, waiting: &mut Paths) {
+        let world = self.bundle.world;
+        let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
+        waiting
+            .shadows
+            .trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
+    }
+}
+
+impl Paths {
+    /// Returns `true` if every light is sampled at the vertex that this path is at.
+    #[inline(always)]
+    fn samples_all(&self, lights: &Lights, path: usize) -> bool {
+        self.trails[path].sample_all_count(lights).is_some()
+    }
+}
+
+/// Adds light that a path has gained.
+#[inline(always)]
+fn add<const WATCHED: bool>(
+    world: &World,
+    trails: &mut [Trail],
+    paths: &mut [CameraPath],
+    gain: Gain,
+) {
+    let path = gain.path as usize;
+    trails[path].radiance += gain.light;
+    if WATCHED && let Some(watch) = &mut paths[path].watch {
+        watch.part(world.light_layer(Some(gain.from)), gain.light);
+    }
+}
