@@ -26,7 +26,7 @@ mod volpath;
 mod whitted;
 pub mod witness;
 
-use crate::lights::{LightGroups, LightSelector};
+use crate::lights::{Light, LightGroups, LightSelector};
 use crate::materials::Material;
 use crate::math::Rgb;
 use crate::math::ray::RayDifferentials;
@@ -249,9 +249,32 @@ impl Integrator {
         self.lights.emitters = None;
     }
 
+    /// Returns `true` if the path tracer finds all light that `bdpt` does: not in media, not through surfaces without a material,
+    /// which end its shadow rays, and not that of a light without area behind smooth glass or off a mirror.
+    pub fn camera_paths_find_all(&self, world: &World) -> bool {
+        let focuses = world.materials.iter().any(Material::may_focus);
+        let lacks_area = world.sampled_lights().iter().any(Light::is_delta);
+        (!self.is_indirect() || !focuses || !lacks_area)
+            && world.media.is_empty()
+            && !world.has_recoverable_surfaces()
+    }
+
+    /// Renders by `path`, which walks many paths side by side, what it finds as `bdpt` does.
+    pub fn leave_to_camera_paths(&mut self) {
+        if let (IntegratorSpec::Bdpt(_), Some(path)) = (&self.spec, self.spec.path()) {
+            self.spec = IntegratorSpec::Path(path);
+            self.lights.emitters = None;
+        }
+    }
+
     /// Returns `true` if all that every strategy finds by itself is shown.
     pub fn shows_all_strategies(&self) -> bool {
         matches!(&self.spec, IntegratorSpec::Bdpt(bdpt) if bdpt.shown == Some(Shown::Alone))
+    }
+
+    /// Returns `true` if it is shown what any strategy finds.
+    pub fn shows_strategies(&self) -> bool {
+        matches!(&self.spec, IntegratorSpec::Bdpt(bdpt) if bdpt.shown.is_some())
     }
 
     /// Joins a `share` of camera paths to light paths.

@@ -78,6 +78,7 @@ impl<S: Scatterer> Vertex for LeanVertex<S> {
 }
 
 /// A point in a medium.
+#[derive(Clone, Copy)]
 pub(super) struct MediumVertex {
     /// Position; rounding errors do not matter, as no surface is there.
     pub p: Vec3,

@@ -33,7 +33,7 @@ pub struct AdaptiveDensity {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
-    /// Probability of the lower half.
+    /// Probability of the lower half; of a cell its density.
     low: f32,
     /// Index of the lower half's node, which the upper's follows; 0 for a cell.
     halves: u32,
@@ -56,7 +56,20 @@ impl AdaptiveDensity {
         };
         let least = all * SPLIT_SHARE;
         density.total = density.fill(0, found, 0, least) / (samples as f64).sqrt();
+        density.multiply(0, 1.0);
         Some(density)
+    }
+
+    /// Gives the cells of a node with this density theirs.
+    fn multiply(&mut self, node: usize, density: f32) {
+        let Node { low, halves } = self.nodes[node];
+        if halves == 0 {
+            self.nodes[node].low = density;
+            return;
+        }
+        for (half, share) in [low, 1.0 - low].into_iter().enumerate() {
+            self.multiply(halves as usize + half, density * (2.0 * share));
+        }
     }
 
     /// Makes the node of `found`; returns ∫ √f² over it, but for the number of samples.
@@ -72,7 +85,7 @@ impl AdaptiveDensity {
             halves: 0,
         };
         self.nodes.extend([cell; 2]);
-        let bit = |found: &Found| half(found.at, depth) == 1;
+        let bit = |found: &Found| Halves::of(found.at).after(depth) == 1;
         found.sort_by_key(bit);
         let (low, high) = found.split_at_mut(found.partition_point(|found| !bit(found)));
         let masses = [(halves, low), (halves + 1, high)]
@@ -98,7 +111,6 @@ impl AdaptiveDensity {
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let mut u = u.to_array();
         let (mut min, mut side) = ([0.0f32; 2], [1.0f32; 2]);
-        let mut density = 1.0;
         let mut node = &self.nodes[0];
         let mut axis = 0;
         while node.halves != 0 {
@@ -109,34 +121,46 @@ impl AdaptiveDensity {
             let rest = if is_high { u[axis] - low } else { u[axis] };
             u[axis] = (rest / share).clamp(0.0, BELOW_ONE);
             min[axis] += if is_high { side[axis] } else { 0.0 };
-            density *= 2.0 * share;
             node = &self.nodes[node.halves as usize + usize::from(is_high)];
             axis = 1 - axis;
         }
         let at = [0, 1].map(|i| (min[i] + u[i] * side[i]).min(BELOW_ONE));
-        (at.into(), density)
+        (at.into(), node.low)
     }
 
     /// The density at a point of [0, 1)².
     pub fn at(&self, at: Vec2) -> f32 {
-        let mut density = 1.0;
         let mut node = &self.nodes[0];
-        let mut depth = 0;
+        let mut halves = Halves::of(at);
         while node.halves != 0 {
-            let half = half(at, depth);
-            density *= 2.0 * if half == 1 { 1.0 - node.low } else { node.low };
-            node = &self.nodes[node.halves as usize + half];
-            depth += 1;
+            node = &self.nodes[node.halves as usize + halves.next()];
         }
-        density
+        node.low
     }
 }
 
-/// Which half of its cell after `depth` halvings a point is in: bits of its coordinates in turn.
-fn half(at: Vec2, depth: u32) -> usize {
-    let x = if depth.is_multiple_of(2) { at.x } else { at.y };
-    let cells = f32::from(1u16 << (depth / 2 + 1));
-    ((x * cells) as usize) & 1
+/// Which half of its cell a point of [0, 1)² is in after each halving: bits of its coordinates in turn.
+struct Halves([u32; 2]);
+
+impl Halves {
+    fn of(at: Vec2) -> Halves {
+        const CELLS: f32 = (1u32 << (MAX_DEPTH / 2)) as f32;
+        // The first bit that is asked for is the highest.
+        Halves([at.x, at.y].map(|x| ((x * CELLS) as u32) << (32 - MAX_DEPTH / 2)))
+    }
+
+    /// After so many halvings.
+    fn after(self, depth: u32) -> usize {
+        let Halves(axes) = self;
+        let bits = axes[depth as usize % 2] << (depth / 2);
+        (bits >> 31) as usize
+    }
+
+    fn next(&mut self) -> usize {
+        let Halves([x, y]) = *self;
+        self.0 = [y, x << 1];
+        (x >> 31) as usize
+    }
 }
 
 #[cfg(test)]

@@ -6,9 +6,10 @@ use super::light_end::Lit;
 use super::light_path::LightPath;
 use super::strategies::layer;
 use super::vertex::Vertex;
-use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
+use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
 use super::weights::{History, Onward, square, weight, weight_of_joint};
 use crate::accel::GeometryHit;
+use crate::bsdf::Bsdf;
 use crate::handles::LightId;
 use crate::integrators::context::Context;
 use crate::integrators::subsurface::find_exit;
@@ -74,7 +75,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// Extends the path by a vertex.
     pub(super) fn extend(&mut self) -> Option<()> {
         let world = self.context.world;
-        let met = self.walk.advance(world, self.context.stream);
+        let hit = world.intersect(&self.walk.ray);
+        let met = self.walk.advance(world, hit.as_ref(), self.context.stream);
         if !self.walk.throughput.is_finite() {
             // The sample is dropped, and counted.
             self.radiance += self.walk.throughput;
@@ -92,47 +94,45 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 if self.walk.depth >= self.bdpt.max_depth {
                     return None;
                 }
-                let vertex = Vertex::Medium(at);
-                self.join(&vertex, &history);
-                let Vertex::Medium(at) = &vertex else {
-                    return None;
-                };
+                self.join(Vertex::Medium(&at), &history);
                 if self.is_spent() {
                     return None;
                 }
                 let stream = &mut *self.context.stream;
                 self.walk
-                    .scatter_in_medium(at, &history, self.bdpt.connections, stream);
+                    .scatter_in_medium(&at, &history, self.bdpt.connections, stream);
                 self.differentials = None;
                 self.walk.russian_roulette(Rgb::ONE, stream)
             }
-            Met::Surface(hit) => {
-                self.arrive(witness::Met::Surface(hit.material));
-                let cosine = hit.surface.n.dot(hit.surface.wo).abs();
-                let history = self.history(hit.surface.p, cosine);
-                self.add_emission(&hit, &history);
-                let differentials = self.differentials.take();
-                let Some(vertex) = surface_vertex(
-                    world,
-                    hit,
-                    self.walk.medium,
-                    differentials,
-                    Carries::Radiance,
-                ) else {
-                    return self.walk.pass(world, &hit);
-                };
-                if self.walk.depth >= self.bdpt.max_depth {
-                    return None;
-                }
-                if vertex.connects() {
-                    self.join(&vertex, &history);
-                }
-                if self.is_spent() {
-                    return None;
-                }
-                self.scatter(&vertex, &history, differentials)
-            }
+            Met::Surface(hit) => self.meet(hit),
         }
+    }
+
+    /// Extends the path by a vertex on a surface.
+    fn meet(&mut self, hit: &GeometryHit) -> Option<()> {
+        let world = self.context.world;
+        self.arrive(witness::Met::Surface(hit.material));
+        let cosine = hit.surface.n.dot(hit.surface.wo).abs();
+        let history = self.history(hit.surface.p, cosine);
+        self.add_emission(hit, &history);
+        let differentials = self.differentials.take();
+        let mut bsdf = Bsdf::empty();
+        if surface_bsdf(world, hit, differentials, Carries::Radiance, &mut bsdf).is_none() {
+            return self.walk.pass(world, hit);
+        }
+        if self.walk.depth >= self.bdpt.max_depth {
+            return None;
+        }
+        let medium = self.walk.medium;
+        let bsdf = &bsdf;
+        let vertex = Vertex::Surface { hit, bsdf, medium };
+        if vertex.connects() {
+            self.join(vertex, &history);
+        }
+        if self.is_spent() {
+            return None;
+        }
+        self.scatter((hit, bsdf), &history, differentials)
     }
 
     /// Returns `true` if nothing can come after the vertex: the next could only be on a light, and there is none to be met.
@@ -264,13 +264,13 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     }
 
     /// Joins a vertex to points of lights and to the vertices of the light path.
-    fn join(&mut self, vertex: &Vertex<'a>, history: &History) {
+    fn join(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
         self.sample_light(vertex, history);
         self.connect(vertex, history);
     }
 
     /// s = 1: emitter sampling.
-    fn sample_light(&mut self, vertex: &Vertex<'a>, history: &History) {
+    fn sample_light(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
         let (world, lights) = (self.context.world, self.context.lights);
         let from = vertex.reference_point();
         let choice = self.context.stream.next_1d_if(lights.selector.chooses());
@@ -322,7 +322,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     }
 
     /// s ≥ 2: every vertex of the light path, as far as the path does not become too long.
-    fn connect(&mut self, vertex: &Vertex<'a>, history: &History) {
+    fn connect(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
         let from = vertex.reference_point();
         let left = self.bdpt.max_depth - self.walk.depth;
         for end in self.light_path.vertices() {
@@ -374,13 +374,10 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// Goes on from a surface.
     fn scatter(
         &mut self,
-        vertex: &Vertex<'a>,
+        (hit, bsdf): (&GeometryHit, &Bsdf<'a>),
         history: &History,
         differentials: Option<&RayDifferentials>,
     ) -> Option<()> {
-        let Vertex::Surface { hit, bsdf, .. } = vertex else {
-            return None;
-        };
         let world = self.context.world;
         let turn = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         let sample = &turn.sample;
@@ -415,15 +412,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         }
         let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
         self.walk.throughput *= exit.weight;
-        let vertex = Vertex::Surface {
-            hit: exit.hit,
-            bsdf: exit.bsdf,
-            medium: self.walk.medium,
-        };
-        self.join(&vertex, &History::ALONE);
-        let Vertex::Surface { hit, bsdf, .. } = &vertex else {
-            return None;
-        };
+        let (hit, bsdf) = (&exit.hit, &exit.bsdf);
+        let medium = self.walk.medium;
+        self.join(Vertex::Surface { hit, bsdf, medium }, &History::ALONE);
         let next = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         self.walk.throughput *= next.factor;
         let link = (&History::ALONE, self.bdpt.connections);
@@ -438,17 +429,19 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     fn look_along(&mut self, along: Walk) {
         let world = self.context.world;
         let walk = std::mem::replace(&mut self.walk, along);
-        while let Some(met) = self.walk.advance(world, self.context.stream) {
-            let Met::Surface(hit) = met else {
-                if let Met::Background = met {
+        loop {
+            let hit = world.intersect(&self.walk.ray);
+            let met = self.walk.advance(world, hit.as_ref(), self.context.stream);
+            let Some(Met::Surface(hit)) = met else {
+                if let Some(Met::Background) = met {
                     self.add_escaped();
                 }
                 break;
             };
             let cosine = hit.surface.n.dot(hit.surface.wo).abs();
             let history = self.walk.arrive(hit.surface.p, cosine);
-            self.add_emission(&hit, &history);
-            if hit.material.is_some() || self.walk.pass(world, &hit).is_none() {
+            self.add_emission(hit, &history);
+            if hit.material.is_some() || self.walk.pass(world, hit).is_none() {
                 break;
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::handles::LightId;
 use crate::integrators::context::Lights;
-use crate::lights::LightEnd;
+use crate::lights::{EmissionDensity, Light, LightEnd};
 use crate::math::Vec2;
 use crate::math::Vec3;
 use crate::surface::{ReferencePoint, ShadingGeometry, SurfaceHit};
@@ -40,7 +40,6 @@ pub(super) struct Lit<'a> {
 impl Lit<'_> {
     /// The probability with which emitter sampling at x₁ chooses this light is `pmf`.
     pub(super) fn densities(&self, world: &World, lights: &Lights, pmf: f32) -> LightDensities {
-        let light = world.light(self.id);
         let emitters = lights.emitters.as_ref();
         let begins = emitters.map_or(0.0, |emitters| emitters.choice.pmf(self.id));
         let Some(emitters) = emitters.filter(|_| begins > 0.0) else {
@@ -51,9 +50,21 @@ impl Lit<'_> {
                 backward: 1.0,
             };
         };
+        let density = emitters.density(world, self.id, self.end.n, self.from.p, -self.wi);
+        self.densities_of(world.light(self.id), pmf, begins, density)
+    }
+
+    /// [`Lit::densities`] where paths begin at this light with the probability `begins`, and leave it with `density` as they would
+    /// come to x₁.
+    pub(super) fn densities_of(
+        &self,
+        light: &Light,
+        pmf: f32,
+        begins: f32,
+        density: EmissionDensity,
+    ) -> LightDensities {
         let begins = f64::from(begins);
         let LightEnd { p, n } = self.end;
-        let density = emitters.density(world, self.id, n, self.from.p, -self.wi);
         let (position, direction) = (f64::from(density.position), f64::from(density.direction));
         let (direct, cosine) = (f64::from(pmf) * f64::from(self.pdf), f64::from(self.cosine));
         if light.is_at_infinity() {

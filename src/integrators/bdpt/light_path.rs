@@ -3,15 +3,16 @@
 use super::Bdpt;
 use super::light_end::{Lit, end_as_hit};
 use super::vertex::Vertex;
-use super::walk::{Carries, Met, Spread, Turn, Walk, surface_vertex};
+use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
 use super::weights::{History, Onward, square};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, BsdfSample, Lobe};
 use crate::bssrdf::Bssrdf;
-use crate::handles::LightId;
+use crate::handles::{LightId, MediumId};
 use crate::integrators::Beginning;
 use crate::integrators::context::Lights;
 use crate::integrators::subsurface::find_exit;
+use crate::integrators::vertex::MediumVertex;
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
@@ -22,24 +23,97 @@ use crate::world::World;
 const INITIAL_CAPACITY: u32 = 16;
 
 /// A vertex that other subpaths can be joined to.
-pub(super) struct LightVertex<'a> {
-    pub vertex: Vertex<'a>,
+#[derive(Clone, Copy)]
+pub(super) struct LightVertex<'v, 'a> {
+    pub vertex: Vertex<'v, 'a>,
     pub throughput: Rgb,
     pub history: History,
     /// Scattering events before it.
     pub depth: u32,
 }
 
+/// A [`LightVertex`] that is kept.
+struct Kept<'a> {
+    at: Place<'a>,
+    throughput: Rgb,
+    history: History,
+    depth: u32,
+}
+
+/// A [`Vertex`] that is kept.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most are surfaces, and none is allocated by itself"
+)]
+enum Place<'a> {
+    Surface {
+        hit: GeometryHit,
+        bsdf: Bsdf<'a>,
+        medium: Option<MediumId>,
+    },
+    Medium(MediumVertex),
+}
+
+impl<'a> LightVertex<'_, 'a> {
+    fn keep(&self) -> Kept<'a> {
+        let at = match self.vertex {
+            Vertex::Surface { hit, bsdf, medium } => Place::Surface {
+                hit: *hit,
+                bsdf: bsdf.clone(),
+                medium,
+            },
+            Vertex::Medium(at) => Place::Medium(*at),
+        };
+        let &LightVertex {
+            throughput,
+            history,
+            depth,
+            ..
+        } = self;
+        Kept {
+            at,
+            throughput,
+            history,
+            depth,
+        }
+    }
+}
+
+impl<'a> Kept<'a> {
+    fn view(&self) -> LightVertex<'_, 'a> {
+        let vertex = match &self.at {
+            Place::Surface { hit, bsdf, medium } => Vertex::Surface {
+                hit,
+                bsdf,
+                medium: *medium,
+            },
+            Place::Medium(at) => Vertex::Medium(at),
+        };
+        let &Kept {
+            throughput,
+            history,
+            depth,
+            ..
+        } = self;
+        LightVertex {
+            vertex,
+            throughput,
+            history,
+            depth,
+        }
+    }
+}
+
 /// The vertices of a light path that can be joined to a camera path.
 pub(super) struct LightPath<'a> {
     /// Where it begins, if it does.
     pub light: Option<LightId>,
-    vertices: Vec<LightVertex<'a>>,
+    vertices: Vec<Kept<'a>>,
 }
 
 /// The memory of a light path's vertices between one sample and the next.
 #[derive(Default)]
-pub(in crate::integrators) struct SpareVertices(Vec<LightVertex<'static>>);
+pub(in crate::integrators) struct SpareVertices(Vec<Kept<'static>>);
 
 impl<'a> LightPath<'a> {
     /// An empty path in the memory of the last one.
@@ -56,8 +130,8 @@ impl<'a> LightPath<'a> {
     }
 
     /// From the light on; not the point on the light.
-    pub(super) fn vertices(&self) -> &[LightVertex<'a>] {
-        &self.vertices
+    pub(super) fn vertices(&self) -> impl Iterator<Item = LightVertex<'_, 'a>> {
+        self.vertices.iter().map(Kept::view)
     }
 
     /// Replaces the path by another.
@@ -73,7 +147,7 @@ impl<'a> LightPath<'a> {
             .reserve(tracer.max_depth.min(INITIAL_CAPACITY) as usize);
         tracer.trace(time, stream, |light, vertex, _| {
             self.light = Some(light);
-            self.vertices.push(vertex);
+            self.vertices.push(vertex.keep());
         });
     }
 }
@@ -84,9 +158,17 @@ impl<'a> LightPath<'a> {
     clippy::unnecessary_filter_map,
     reason = "elements of another lifetime, of which there are none"
 )]
-fn recycled<'b>(mut vertices: Vec<LightVertex<'_>>) -> Vec<LightVertex<'b>> {
+fn recycled<'b>(mut vertices: Vec<Kept<'_>>) -> Vec<Kept<'b>> {
     vertices.clear();
     vertices.into_iter().filter_map(|_| None).collect()
+}
+
+/// Where a light path begins.
+struct Begun {
+    light: LightId,
+    /// The light's probability.
+    pmf: f32,
+    emission: Emission,
 }
 
 /// What light paths are traced through.
@@ -105,18 +187,16 @@ impl<'a> LightTracer<'_, 'a> {
         &self,
         time: f32,
         stream: &mut SampleStream,
-        mut visit: impl FnMut(LightId, LightVertex<'a>, &mut SampleStream),
+        mut visit: impl FnMut(LightId, LightVertex<'_, 'a>, &mut SampleStream),
     ) {
-        let Some((id, emission, mut walk)) = self.begin(time, stream) else {
+        let Some((begun, mut walk)) = self.begin(time, stream) else {
             return;
         };
-        let mut visit =
-            |vertex: LightVertex<'a>, stream: &mut SampleStream| visit(id, vertex, stream);
+        let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
+            visit(begun.light, vertex, stream);
+        };
         while walk.depth < self.max_depth {
-            if self
-                .extend(&mut walk, (id, &emission), stream, &mut visit)
-                .is_none()
-            {
+            if self.extend(&mut walk, &begun, stream, &mut visit).is_none() {
                 return;
             }
         }
@@ -130,7 +210,7 @@ impl<'a> LightTracer<'_, 'a> {
     }
 
     /// Chooses a light and a ray of it.
-    fn begin(&self, time: f32, stream: &mut SampleStream) -> Option<(LightId, Emission, Walk)> {
+    fn begin(&self, time: f32, stream: &mut SampleStream) -> Option<(Begun, Walk)> {
         let emitters = self.lights.emitters.as_ref()?;
         let (id, pmf, emission) = emitters.begin(self.world, stream)?;
         let light = self.world.light(id);
@@ -164,45 +244,52 @@ impl<'a> LightTracer<'_, 'a> {
         let mut walk = Walk::new(emission.ray(time), medium, from, spread, onward);
         walk.throughput = emission.flux() / pmf;
         let valid = !is_black(walk.throughput);
-        valid.then_some((id, emission, walk))
+        let begun = Begun {
+            light: id,
+            pmf,
+            emission,
+        };
+        valid.then_some((begun, walk))
     }
 
     /// Extends a path by a vertex; `None` where it ends.
     fn extend(
         &self,
         walk: &mut Walk,
-        (id, emission): (LightId, &Emission),
+        begun: &Begun,
         stream: &mut SampleStream,
-        visit: &mut impl FnMut(LightVertex<'a>, &mut SampleStream),
+        visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let world = self.world;
-        let vertex = match walk.advance(world, stream)? {
+        let hit = world.intersect(&walk.ray);
+        let mut bsdf = Bsdf::empty();
+        let met = walk.advance(world, hit.as_ref(), stream)?;
+        let vertex = match &met {
             Met::Background => return None,
             Met::Medium(at) => Vertex::Medium(at),
             Met::Surface(hit) => {
-                match surface_vertex(world, hit, walk.medium, None, Carries::Importance) {
-                    Some(vertex) => vertex,
-                    None => return walk.pass(world, &hit),
+                if surface_bsdf(world, hit, None, Carries::Importance, &mut bsdf).is_none() {
+                    return walk.pass(world, hit);
                 }
+                let (bsdf, medium) = (&bsdf, walk.medium);
+                Vertex::Surface { hit, bsdf, medium }
             }
         };
-        if walk.depth == 0 {
-            walk.onward = self.first_onward(id, emission, &vertex, walk);
-        }
         let from = vertex.reference_point();
-        let history = walk.arrive(from.p, vertex.cosine(walk.ray.d));
-        let mut next = *walk;
-        let scattered = self.scatter(&mut next, &vertex, &history, stream, visit);
-        if vertex.connects() {
-            let kept = LightVertex {
-                vertex,
-                throughput: walk.throughput,
-                history,
-                depth: walk.depth,
-            };
-            visit(kept, stream);
+        if walk.depth == 0 {
+            walk.onward = self.first_onward(begun, vertex, &from, walk);
         }
-        *walk = next;
+        let history = walk.arrive(from.p, vertex.cosine(walk.ray.d));
+        let found = LightVertex {
+            vertex,
+            throughput: walk.throughput,
+            history,
+            depth: walk.depth,
+        };
+        let scattered = self.scatter(walk, vertex, &history, stream, visit);
+        if vertex.connects() {
+            visit(found, stream);
+        }
         scattered
     }
 
@@ -210,31 +297,31 @@ impl<'a> LightTracer<'_, 'a> {
     /// that on the light (s = 1: emitter sampling) once the first surface is known.
     fn first_onward(
         &self,
-        id: LightId,
-        emission: &Emission,
-        vertex: &Vertex,
+        begun: &Begun,
+        vertex: Vertex,
+        from: &ReferencePoint,
         walk: &Walk,
     ) -> Onward {
-        let from = vertex.reference_point();
+        let (id, emission) = (begun.light, &begun.emission);
         let (light, wi) = (self.world.light(id), -walk.ray.d);
         let end = LightEnd {
             p: emission.p,
             n: emission.n,
         };
-        let pmf = self.lights.selector.pmf(&from, id);
+        let pmf = self.lights.selector.pmf(from, id);
         let pdf = match light.is_delta() {
             true => 1.0,
-            false => light.pdf(&from, wi, Some(&end_as_hit(&end, -wi, walk.ray.time))),
+            false => light.pdf(from, wi, Some(&end_as_hit(&end, -wi, walk.ray.time))),
         };
         let lit = Lit {
             id,
             end,
-            from: &from,
+            from,
             cosine: vertex.cosine(wi),
             wi,
             pdf,
         };
-        let densities = lit.densities(self.world, self.lights, pmf);
+        let densities = lit.densities_of(light, pmf, begun.pmf, emission.density);
         let hittable = f64::from(u8::from(!light.is_delta()));
         Onward {
             before: square(densities.direct / densities.emitted),
@@ -246,10 +333,10 @@ impl<'a> LightTracer<'_, 'a> {
     fn scatter(
         &self,
         walk: &mut Walk,
-        vertex: &Vertex,
+        vertex: Vertex,
         history: &History,
         stream: &mut SampleStream,
-        visit: &mut impl FnMut(LightVertex<'a>, &mut SampleStream),
+        visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let connections = self.bdpt.connections;
         // Where light leaves a material again is a vertex after the same scattering event.
@@ -297,7 +384,7 @@ impl<'a> LightTracer<'_, 'a> {
         bssrdf: &Bssrdf,
         entry: &GeometryHit,
         stream: &mut SampleStream,
-        visit: &mut impl FnMut(LightVertex<'a>, &mut SampleStream),
+        visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let exit = find_exit(self.world, stream, bssrdf, entry)?;
         let mut hit = exit.hit;
@@ -316,17 +403,17 @@ impl<'a> LightTracer<'_, 'a> {
             next.scatter_at_surface(self.world, (&hit, &bsdf), &turn.sample, turn.reverse, link);
             next.russian_roulette(turn.judged * exit.weight, stream)
         });
-        let kept = LightVertex {
+        let found = LightVertex {
             vertex: Vertex::Surface {
-                hit,
-                bsdf,
+                hit: &hit,
+                bsdf: &bsdf,
                 medium: walk.medium,
             },
             throughput: walk.throughput,
             history: History::ALONE,
             depth: walk.depth,
         };
-        visit(kept, stream);
+        visit(found, stream);
         *walk = next;
         scattered
     }

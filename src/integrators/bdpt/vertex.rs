@@ -8,23 +8,21 @@ use crate::math::{Rgb, Vec3};
 use crate::surface::ReferencePoint;
 use crate::world::World;
 
-/// A scattering event. Directions are unit vectors away from it; `wo` is toward the previous vertex of its subpath.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "most are surfaces, and none is allocated by itself"
-)]
-pub(super) enum Vertex<'a> {
+/// A scattering event, as seen from where it is kept. Directions are unit vectors away from it; `wo` is toward the previous vertex
+/// of its subpath.
+#[derive(Clone, Copy)]
+pub(super) enum Vertex<'v, 'a> {
     /// On a surface with a material.
     Surface {
         /// The surface.
-        hit: GeometryHit,
+        hit: &'v GeometryHit,
         /// How it scatters.
-        bsdf: Bsdf<'a>,
+        bsdf: &'v Bsdf<'a>,
         /// The medium that the subpath arrived through.
         medium: Option<MediumId>,
     },
     /// In a medium.
-    Medium(MediumVertex),
+    Medium(&'v MediumVertex),
 }
 
 /// What scattering does to a subpath that arrives along `wo` and continues along `wi`.
@@ -38,7 +36,7 @@ pub(super) struct Scattered {
     pub reverse: f32,
 }
 
-impl<'a> Vertex<'a> {
+impl Vertex<'_, '_> {
     /// The point, for rays and emitter sampling.
     pub(super) fn reference_point(&self) -> ReferencePoint {
         match self {

@@ -1,6 +1,6 @@
 //! A subpath from the camera or from a light, one vertex after the other.
 
-use super::vertex::{Vertex, importance_cosine};
+use super::vertex::importance_cosine;
 use super::weights::{History, Onward};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, BsdfSample};
@@ -8,7 +8,7 @@ use crate::handles::MediumId;
 use crate::integrators::MAX_NULL_SURFACES;
 use crate::integrators::vertex::{MediumVertex, Vertex as _};
 use crate::math::color::is_black;
-use crate::math::ray::Ray;
+use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
@@ -56,13 +56,13 @@ pub(super) struct Walk {
 }
 
 /// What a subpath meets.
-pub(super) enum Met {
+pub(super) enum Met<'h> {
     /// Nothing.
     Background,
     /// A particle.
     Medium(MediumVertex),
     /// A surface, with or without material.
-    Surface(GeometryHit),
+    Surface(&'h GeometryHit),
 }
 
 impl Walk {
@@ -88,15 +88,19 @@ impl Walk {
         }
     }
 
-    /// To the next surface, or to what scatters before it. `None` where the throughput becomes black, or what is not finite enters a
-    /// medium.
-    pub(super) fn advance(&mut self, world: &World, stream: &mut SampleStream) -> Option<Met> {
-        let hit = world.intersect(&self.ray);
+    /// To the next surface, which the ray has `hit`, or to what scatters before it. `None` where the throughput becomes black, or
+    /// what is not finite enters a medium.
+    pub(super) fn advance<'h>(
+        &mut self,
+        world: &World,
+        hit: Option<&'h GeometryHit>,
+        stream: &mut SampleStream,
+    ) -> Option<Met<'h>> {
         if let Some(id) = self.medium {
             if !self.throughput.is_finite() {
                 return None;
             }
-            let t_max = hit.as_ref().map_or(self.ray.t_max, |hit| hit.t);
+            let t_max = hit.map_or(self.ray.t_max, |hit| hit.t);
             let medium = world.media.medium(id);
             let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
             self.throughput *= flight.weight;
@@ -300,23 +304,16 @@ fn importance_correction(hit: &GeometryHit, bsdf: &Bsdf, wi: Vec3) -> f32 {
     importance_cosine(hit, bsdf, wi) / shading
 }
 
-/// The vertex where a subpath meets a surface with this material.
-pub(super) fn surface_vertex<'a>(
+/// How a surface scatters that a subpath meets; `None` if it has no material.
+pub(super) fn surface_bsdf<'a>(
     world: &'a World,
-    hit: GeometryHit,
-    medium: Option<MediumId>,
-    differentials: Option<&crate::math::ray::RayDifferentials>,
+    hit: &GeometryHit,
+    differentials: Option<&RayDifferentials>,
     carries: Carries,
-) -> Option<Vertex<'a>> {
+    bsdf: &mut Bsdf<'a>,
+) -> Option<()> {
     let material = world.material(hit.material)?;
-    let mut vertex = Vertex::Surface {
-        hit,
-        bsdf: Bsdf::empty(),
-        medium,
-    };
-    if let Vertex::Surface { hit, bsdf, .. } = &mut vertex {
-        world.fill_bsdf(material, &hit.surface, differentials, bsdf);
-        bsdf.even_out(carries.evenness());
-    }
-    Some(vertex)
+    world.fill_bsdf(material, &hit.surface, differentials, bsdf);
+    bsdf.even_out(carries.evenness());
+    Some(())
 }

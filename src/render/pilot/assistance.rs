@@ -2,8 +2,8 @@
 //! glass or off a mirror rarely. Joined by multiple importance sampling the expectation is the same.
 
 use super::{
-    Blocks, CHUNK, COST_OF_CAMERA, LightOfBlocks, Pilot, RenderJob, SHARE_OF_PILOT, Told,
-    blocks_of_side, noise_of_camera, worth,
+    Blocks, CHUNK, COST_OF_CAMERA, COST_OF_PATH, LightOfBlocks, Pilot, RenderJob, SHARE_OF_PILOT,
+    Told, blocks_of_side, noise_of_camera, worth,
 };
 
 /// Light paths of a first look, as a part of the image's camera samples. Together with twice as many camera paths it takes less than
@@ -16,14 +16,11 @@ const SHARES: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
 /// With fewer of them nothing would be learned, and with more no more.
 const PATHS: [u64; 2] = [1 << 10, 1 << 14];
 
-/// Time for a sample of the path tracer, in the units of [`COST_OF_CAMERA`].
-const COST_OF_PATH: f64 = 0.8;
+/// By so much camera samples must be better with light paths than without for these to be tried.
+const LEAST_GAIN: f64 = 1.5;
 
 /// Part of the noise of helped samples that rare ones must have where none is helped.
 const LEAST_RARE: f64 = 0.1;
-
-/// By so much camera samples must be better with light paths than without for these to be tried.
-const LEAST_GAIN: f64 = 1.5;
 
 impl RenderJob {
     /// Returns `true` if paths from the lights may help a path tracer, and the image is large enough for it to be found out.

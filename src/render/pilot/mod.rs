@@ -72,6 +72,13 @@ const COST_OF_CAMERA: f64 = 1.0;
 const COST_OF_JOINING: f64 = 1.2;
 const COST_OF_LIGHT: f64 = 1.3;
 
+/// Time for a sample of the path tracer, which walks paths side by side: 0.43 to 0.62 of the same as one of `bdpt` (a box, and balls of
+/// glass).
+const COST_OF_PATH: f64 = 0.6;
+
+/// Light paths that tell of rare bright samples of the path tracer: this part of a round.
+const PART_OF_ROUND: u64 = 4;
+
 /// Light that a path brings to a pixel of a block.
 struct Brought {
     path: u64,
@@ -142,9 +149,14 @@ impl RenderJob {
             self.light_share = LightShare(1.0);
             return;
         }
+        let by_path = self.integrator.camera_paths_find_all(&self.world)
+            && !self.integrator.shows_strategies();
         if !self.integrator.is_indirect() {
             self.integrator.join(0.0);
             self.light_share = LightShare(0.0);
+            if by_path {
+                self.integrator.leave_to_camera_paths();
+            }
             return;
         }
         self.light_share = SHARE_OF_PILOT;
@@ -156,6 +168,9 @@ impl RenderJob {
             return;
         }
         let (seen, share) = self.choose_joined(&pilot);
+        if by_path && self.leaves_to_path(&pilot, &seen, share) {
+            return;
+        }
         self.integrator.join(share);
         let shares = match self.world.media.is_empty() {
             true => &LIGHT_SHARES[..],
@@ -173,10 +188,46 @@ impl RenderJob {
         let seen = self.look(pilot);
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
         let noise = noise_of_camera(&seen, share.into(), &worth);
-        let cost = COST_OF_CAMERA + f64::from(share) * COST_OF_JOINING;
-        if noise * cost > least {
+        if noise * cost_of_camera(share) > least {
             self.light_share = chosen;
         }
+    }
+
+    /// Leaves the image to the path tracer, and returns `true`, if its noise × time is less than that of camera paths that saw what was
+    /// `seen`, with light paths beside them, and a `share` of which is joined to one.
+    fn leaves_to_path(&mut self, pilot: &Pilot, seen: &[Pair], share: f32) -> bool {
+        let none = LightOfBlocks::default();
+        let worth = worth(&pilot.blocks, seen, &none);
+        let cost = cost_of_camera(share) + f64::from(SHARE_OF_PILOT.0) * COST_OF_LIGHT;
+        let least = noise_of_camera(seen, share.into(), &worth) * cost;
+        self.integrator.join(0.0);
+        self.light_share = LightShare(0.0);
+        let noise = noise_of_camera(&self.look(pilot), 0.0, &worth);
+        self.light_share = SHARE_OF_PILOT;
+        if noise * COST_OF_PATH > least {
+            return false;
+        }
+        // Of the rare bright samples that camera paths have not met light paths tell, if any of them come to the lens.
+        let paths = (self.paths_of_round() / PART_OF_ROUND).next_multiple_of(CHUNK);
+        let told = Told {
+            brought: &self.light(pilot, 0..paths),
+            paths,
+            blocks: &pilot.blocks,
+            worth: &worth,
+        };
+        if told.brought.is_empty() || (noise + told.rare_alone()) * COST_OF_PATH > least {
+            return false;
+        }
+        self.light_share = LightShare(0.0);
+        self.integrator.leave_to_camera_paths();
+        true
+    }
+
+    /// Light paths of a round.
+    fn paths_of_round(&self) -> u64 {
+        let of_pixel = f64::from(self.sampler.spp()) / f64::from(SAMPLES_OF_PATH);
+        let count = (of_pixel.min(PATHS_OF_PIXEL) * self.lit().area() as f64) as u64;
+        count.clamp(1, PATHS).next_multiple_of(CHUNK)
     }
 
     /// Learns where light paths are to begin, and which of the `shares` of them there are to be, where camera samples see what was `seen`
@@ -187,9 +238,7 @@ impl RenderJob {
         (seen, share): (&[Pair], f32),
         shares: &[f32],
     ) -> Effort {
-        let of_pixel = f64::from(self.sampler.spp()) / f64::from(SAMPLES_OF_PATH);
-        let count = (of_pixel.min(PATHS_OF_PIXEL) * self.lit().area() as f64) as u64;
-        let count = count.clamp(1, PATHS).next_multiple_of(CHUNK);
+        let count = self.paths_of_round();
         let weights = f64::from(self.paths_per_sample());
         let (mut learned, mut lit) = (Vec::new(), LightOfBlocks::default());
         let mut brought = Vec::new();
@@ -403,11 +452,16 @@ impl Told<'_> {
     }
 }
 
+/// Time for a camera sample of which a `share` is joined to a light path.
+fn cost_of_camera(share: f32) -> f64 {
+    COST_OF_CAMERA + f64::from(share) * COST_OF_JOINING
+}
+
 /// Light paths for each camera sample by which the error falls fastest, given the variance of camera samples, and noise × time then.
 fn best_light_share(camera: f64, told: &Told, joined: f32, shares: &[f32]) -> (f32, f64) {
     let effort = |share: f32| {
         let of_light = f64::from(share);
-        let cost = COST_OF_CAMERA + f64::from(joined) * COST_OF_JOINING + of_light * COST_OF_LIGHT;
+        let cost = cost_of_camera(joined) + of_light * COST_OF_LIGHT;
         (camera + told.rare(of_light) + told.noise(of_light)) * cost
     };
     let least = { shares.iter() }
