@@ -407,11 +407,24 @@ fn append_whole(file: &mut File, bytes: &[u8]) -> io::Result<()> {
     })
 }
 
+/// How often a file is asked for that another holds, and how long after each time: a process that this one just starts holds its files
+/// until it runs.
+const TRIES: u32 = 20;
+const BETWEEN_TRIES: Duration = Duration::from_millis(10);
+
 /// An existing file, for this process alone where the file system can tell.
 fn locked(path: &Path) -> Result<File, CheckpointError> {
     let file = { OpenOptions::new() }.read(true).write(true).open(path);
     let file = file.map_err(|source| CheckpointError::at(path, source))?;
-    match file.try_lock() {
+    let mut lock = file.try_lock();
+    for _ in 0..TRIES {
+        if !matches!(lock, Err(TryLockError::WouldBlock)) {
+            break;
+        }
+        std::thread::sleep(BETWEEN_TRIES);
+        lock = file.try_lock();
+    }
+    match lock {
         Ok(()) => Ok(file),
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(file),
         Err(TryLockError::WouldBlock) => Err(CheckpointError::InUse(path.to_owned())),

@@ -49,32 +49,27 @@ impl EmissionGuide {
             false => (false, (guided.x - Self::UNGUIDED) / (1.0 - Self::UNGUIDED)),
         };
         let guided = Vec2::new(rest.min(1.0 - f32::EPSILON / 2.0), guided.y);
-        let (mut emission, on_square) = match (at_infinity, unguided) {
-            (true, true) => self.seen(light, scene, light.emit(scene, guided, u_direction)?),
-            (false, true) => self.seen(light, scene, light.emit(scene, u_position, guided)?),
+        let mut emission = match (at_infinity, unguided) {
+            (true, true) => light.emit(scene, guided, u_direction)?,
             (true, false) => {
                 let mut emission = light.emit(scene, Vec2::splat(0.5), u_direction)?;
-                let (at, density) = self.density.sample(guided);
-                let at = 2.0 * at - 1.0;
+                let at = 2.0 * self.density.sample(guided) - 1.0;
                 if at.length_squared() > 1.0 {
                     return None;
                 }
                 emission.p = scene.on_disk(emission.d, at);
-                (emission, density)
+                emission
             }
+            (false, true) => light.emit(scene, u_position, guided)?,
             (false, false) => {
-                let (at, density) = self.density.sample(guided);
-                (light.emit_toward(u_position, direction(at))?, density)
+                let d = direction(self.density.sample(guided));
+                light.emit_toward(u_position, d)?
             }
         };
-        emission.density = mixed(light, scene, emission.density, on_square);
+        // As others find it for this ray, which by rounding may have come to the next cell.
+        let (p, d) = (emission.p, emission.d);
+        emission.density = self.mixed(light, scene, emission.density, p, d);
         emission.if_any()
-    }
-
-    /// A ray with its density on the square of [`place_of_ray`].
-    fn seen(&self, light: &Light, scene: &SceneSphere, ray: Emission) -> (Emission, f32) {
-        let place = place_of_ray(light, scene, ray.p, ray.d);
-        (ray, self.density.at(place))
     }
 
     /// The densities of [`EmissionGuide::emit`] where those of [`Light::emit`] are `alone`, for a ray through `p` in unit
@@ -87,26 +82,15 @@ impl EmissionGuide {
         p: Vec3,
         d: Vec3,
     ) -> EmissionDensity {
-        let place = place_of_ray(light, scene, p, d);
-        mixed(light, scene, alone, self.density.at(place))
+        let mut density = alone;
+        let (mixed, area) = match light.is_at_infinity() {
+            true => (&mut density.position, 4.0 * scene.radius * scene.radius),
+            false => (&mut density.direction, 4.0 * PI),
+        };
+        let guided = self.density.at(place_of_ray(light, scene, p, d)) / area;
+        *mixed = Self::UNGUIDED * *mixed + (1.0 - Self::UNGUIDED) * guided;
+        density
     }
-}
-
-/// The densities of a ray that lights alone choose with `alone`, and the guide with the density `on_square`.
-fn mixed(
-    light: &Light,
-    scene: &SceneSphere,
-    alone: EmissionDensity,
-    on_square: f32,
-) -> EmissionDensity {
-    const UNGUIDED: f32 = EmissionGuide::UNGUIDED;
-    let mut density = alone;
-    let (mixed, area) = match light.is_at_infinity() {
-        true => (&mut density.position, 4.0 * scene.radius * scene.radius),
-        false => (&mut density.direction, 4.0 * PI),
-    };
-    *mixed = UNGUIDED * *mixed + (1.0 - UNGUIDED) * (on_square / area);
-    density
 }
 
 /// Maps a ray to the unit square: the point of a ray through `p` in unit direction `d`: for a light at infinity where it crosses

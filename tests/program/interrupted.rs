@@ -177,6 +177,48 @@ fn a_stop_within_an_iteration_changes_no_bit() {
     }
 }
 
+/// A process that is being started holds the files of the one that starts it until it runs: that is waited for.
+#[test]
+fn a_checkpoint_is_one_renders_at_a_time() {
+    let folder = Folder::new();
+    let stop = Arc::new(AtomicBool::new(false));
+    let mut options = RenderOptions::default();
+    (options.spp, options.stop) = (Some(20), Some(Arc::clone(&stop)));
+    options.checkpoint = Some(Checkpoint {
+        path: folder.path("a.fsc"),
+        after: Duration::ZERO,
+        every: Duration::from_secs(3600),
+        required: true,
+    });
+    let prepare = || {
+        let scene = Scene::load(PHOTONS, &ReadOptions::default());
+        let frame = scene.expect("a scene").into_frames().remove(0);
+        frame.prepare(&options)
+    };
+    let prepared = prepare().expect("a frame");
+    let rendered = prepared.render(&|step| {
+        stop.fetch_or(matches!(step, Step::Samples { .. }), Relaxed);
+    });
+    assert!(rendered.stopped && prepared.keep().1.is_none());
+    drop(prepared);
+    let held = || {
+        let file = std::fs::File::open(folder.path("a.fsc")).expect("the checkpoint");
+        file.lock().expect("nobody has it");
+        file
+    };
+    let file = held();
+    let until_it_runs = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(50));
+        drop(file);
+    });
+    assert!(prepare().is_ok());
+    until_it_runs.join().expect("a thread");
+    let _in_use = held();
+    let refused = prepare().err().expect("it is in use").to_string();
+    let reason = "another render is writing this checkpoint";
+    assert!(refused.contains(reason), "{refused}");
+}
+
 /// Those that stop a render. One that these tests were started to ignore, as by `nohup` or by a shell in the background, is ignored by what they start, too.
 #[cfg(unix)]
 fn signals() -> Vec<&'static str> {

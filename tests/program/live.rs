@@ -397,9 +397,9 @@ fn counts_add_up() {
 #[test]
 fn no_ray_is_traced_that_could_bring_nothing() {
     let folder = Folder::new();
-    let rays = |depth: u32, light: &str| {
+    let rays = |integrator: &str, depth: u32, light: &str| {
         let text = format!(
-            "Integrator \"bdpt\" \"integer maxdepth\" {depth} Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+            "Integrator \"{integrator}\" \"integer maxdepth\" {depth} Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
              WorldBegin LightSource \"point\"\nShape \"sphere\" \"float radius\" 9\n{light}\nWorldEnd\n"
         );
         std::fs::write(folder.path("s.pbrt"), text).expect("a scene");
@@ -408,11 +408,13 @@ fn no_ray_is_traced_that_could_bring_nothing() {
         paths["rays"]["path"].as_u64().expect("a count")
     };
     let samples = 8 * 8 * 4;
-    assert_eq!(rays(1, ""), samples);
-    assert_eq!(rays(2, ""), 2 * samples);
     let emitter =
         "AreaLightSource \"diffuse\" Translate 0 0 -8 Shape \"sphere\" \"float radius\" .1";
-    assert_eq!(rays(1, emitter), 2 * samples);
+    for integrator in ["path", "volpath", "bdpt"] {
+        assert_eq!(rays(integrator, 1, ""), samples, "{integrator}");
+        assert_eq!(rays(integrator, 2, ""), 2 * samples, "{integrator}");
+        assert_eq!(rays(integrator, 1, emitter), 2 * samples, "{integrator}");
+    }
 }
 
 /// The same paths, counted by other threads and tiles.

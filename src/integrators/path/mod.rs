@@ -33,6 +33,7 @@ use crate::lights::SelectionStrategy;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
+use crate::world::World;
 use arrayvec::ArrayVec;
 use emission::MisState;
 use wave::Walk;
@@ -103,7 +104,7 @@ impl Path {
             path: self,
             reports: WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports()),
             differentials: context.differentials,
-            trail: Trail::new(context.ray, medium, self.max_depth),
+            trail: Trail::new(context.ray, medium, self.max_depth, context.world),
             context,
         };
         while state.extend().is_some() {}
@@ -154,6 +155,8 @@ struct Trail {
     /// Scattering events so far.
     depth: u32,
     max_depth: u32,
+    /// What comes after the last scattering event may bring light: a light is met there, or a medium glows.
+    looks_on: bool,
     /// All scattering so far was perfectly specular.
     specular_only: bool,
     /// Surfaces without material so far.
@@ -161,8 +164,8 @@ struct Trail {
 }
 
 impl Trail {
-    /// One that begins with this ray, in this medium.
-    fn new(ray: Ray, medium: Option<MediumId>, max_depth: u32) -> Trail {
+    /// One that begins with this ray, in this medium of `world`.
+    fn new(ray: Ray, medium: Option<MediumId>, max_depth: u32, world: &World) -> Trail {
         Trail {
             ray,
             mis: MisState::Delta,
@@ -172,6 +175,7 @@ impl Trail {
             eta_scale: 1.0,
             depth: 0,
             max_depth,
+            looks_on: world.has_visible_lights() || !world.media.is_empty(),
             specular_only: true,
             null_surfaces: 0,
         }

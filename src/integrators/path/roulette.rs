@@ -19,7 +19,8 @@ const MAX_BROAD_PDF: f32 = 1.0;
 const MIN_TERMINATION: f32 = 0.05;
 
 impl Trail {
-    /// Counts the scattering event and decides whether the path continues; `choice` returns a sample in [0, 1) if one is needed.
+    /// Counts the scattering event and decides whether the path continues: not where nothing more can come. `choice` returns a sample in
+    /// [0, 1) if one is needed.
     #[inline(always)]
     pub(super) fn russian_roulette(
         &mut self,
@@ -28,6 +29,9 @@ impl Trail {
     ) -> Option<()> {
         let late = self.depth > MIN_BOUNCES;
         self.depth += 1;
+        if self.depth >= self.max_depth && !self.looks_on {
+            return None;
+        }
         let scale = match self.mis {
             _ if late => 1.0,
             MisState::Sampled(sampled) if sampled.pdf <= MAX_BROAD_PDF => EARLY_SCALE,

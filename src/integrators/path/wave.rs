@@ -99,8 +99,8 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         wave: &mut Wave,
         out: &mut ArrayVec<Rgb, WAVE>,
     ) -> &'a mut Workspace {
-        let max_depth = self.path.max_depth;
-        let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, None, max_depth);
+        let (max_depth, world) = (self.path.max_depth, self.bundle.world);
+        let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, None, max_depth, world);
         wave.paths.trails.clear();
         wave.paths
             .trails

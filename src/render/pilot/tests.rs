@@ -34,3 +34,43 @@ fn in_media_there_are_as_many_light_paths_as_samples() {
                WorldBegin MediumInterface \"fog\" \"fog\" LightSource \"point\" \"point from\" [0 0 5]";
     assert!(after_pilot("\"bdpt\"", fog).light_share.0 >= 1.0);
 }
+
+fn lamp(radius: f32) -> String {
+    format!(
+        "WorldBegin AttributeBegin AreaLightSource \"diffuse\" Translate 0 5 0 \
+         Shape \"sphere\" \"float radius\" {radius} AttributeEnd"
+    )
+}
+
+fn ball(material: &str, at: &str) -> String {
+    format!("AttributeBegin Material \"{material}\" Translate {at} Shape \"sphere\" AttributeEnd")
+}
+
+/// Paths of `bdpt` begin at lights; those of `path` do not.
+#[test]
+fn the_path_tracer_renders_what_it_finds_at_less_cost() {
+    let is_left = |more: &str| {
+        let job = after_pilot("\"bdpt\"", more);
+        assert_eq!(job.traces_light(), job.light_paths(64) > 0);
+        !job.integrator.begins_at_lights()
+    };
+    let point = "WorldBegin LightSource \"point\" \"point from\" [0 0 5]";
+    assert!(is_left(point));
+    assert!(is_left(&(lamp(1.0) + &ball("plastic", "0 0 5"))));
+    // A caustic that camera paths meet rarely, and one that they never meet.
+    assert!(!is_left(&(lamp(0.2) + &ball("glass", "0 5 0"))));
+    assert!(!is_left(&(point.to_owned() + &ball("glass", "0 3 0"))));
+    // No light path comes to a camera in glass, so that none tells of it; surfaces without a material end shadow rays of `path`.
+    assert!(!is_left(&(lamp(1.0) + &ball("glass", "0 0 0"))));
+    assert!(!is_left(&(lamp(1.0) + &ball("none", "0 0 5"))));
+}
+
+/// With the parameters that `path` has.
+#[test]
+fn what_is_left_to_the_path_tracer_is_rendered_as_by_it() {
+    let [ours, path] = ["\"bdpt\"", "\"path\""].map(|integrator| {
+        let job = after_pilot(integrator, &(lamp(1.0) + &ball("plastic", "0 0 5")));
+        format!("{:?}", job.integrator)
+    });
+    assert_eq!(ours, path);
+}
