@@ -12,7 +12,8 @@
 //! | ≥ 2 | 1 | a light path is joined to the lens: the light pass | [`splat`] |
 //!
 //! The last row is what no path tracer has: the caustics of lights without area. Its paths are shared by all pixels, and are not those
-//! that camera paths are joined to; an image is the sum of both parts, each unbiased by itself.
+//! that camera paths are joined to; an image is the sum of both parts, each unbiased by itself. Which of these ways are taken, and how often,
+//! is what pays in a pilot pass; an image that camera paths find at less cost alone is left to [`Path`].
 //!
 //! Subsurface scattering is found by camera paths, but for light that comes to a smooth boundary from a light without area by smooth
 //! glass or mirrors, which light paths alone find.

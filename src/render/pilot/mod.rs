@@ -1,5 +1,5 @@
 //! A pilot pass: a few samples before the image, from which is learned where paths from the lights are to begin, how many there
-//! are to be, and how many camera paths are to be joined to one.
+//! are to be, and how many camera paths are to be joined to one; and whether `path` finds the same at less cost.
 //!
 //! What counts is the error relative to the image's own brightness: a path's worth is the sum of the squares of what it brings to
 //! pixels, over what they have. Both are known roughly, in blocks of pixels. Figures: docs/notes/light-paths.md.

@@ -11,7 +11,8 @@ fn after_pilot(integrator: &str, more: &str) -> RenderJob {
     );
     let sources = SourceMap::new();
     let file = sources.add_text("test.pbrt", text);
-    let (scene, _) = read_scene(&sources, file, &ReadSettings::default());
+    let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
+    assert!(!diagnostics.has_errors());
     let frame = scene.frames.into_iter().next().expect("one frame");
     build(frame, 0).0.expect("it can be built").job
 }
@@ -38,12 +39,12 @@ fn in_media_there_are_as_many_light_paths_as_samples() {
 fn lamp(radius: f32) -> String {
     format!(
         "WorldBegin AttributeBegin AreaLightSource \"diffuse\" Translate 0 5 0 \
-         Shape \"sphere\" \"float radius\" {radius} AttributeEnd"
+         Shape \"sphere\" \"float radius\" {radius} AttributeEnd "
     )
 }
 
 fn ball(material: &str, at: &str) -> String {
-    format!("AttributeBegin Material \"{material}\" Translate {at} Shape \"sphere\" AttributeEnd")
+    format!("AttributeBegin Material \"{material}\" Translate {at} Shape \"sphere\" AttributeEnd ")
 }
 
 /// Paths of `bdpt` begin at lights; those of `path` do not.
