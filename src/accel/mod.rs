@@ -266,6 +266,13 @@ impl Geometry {
         levels.any(|level| level.has_recoverable)
     }
 
+    /// Returns `true` if there are curves, whose normals turn with the rays that meet them.
+    pub fn has_curves(&self) -> bool {
+        let levels = self.objects.iter().chain([&self.top]);
+        let mut all = levels.flat_map(|level| level.moving_shapes().chain([level]));
+        all.any(|level| level.curves.segments() > 0)
+    }
+
     /// Returns `true` if anything moves.
     pub fn moves(&self) -> bool {
         let mut levels = self.objects.iter().chain([&self.top]);

@@ -323,6 +323,10 @@ impl<'a> Bsdf<'a> {
         if local_wo.z == 0.0 {
             return None;
         }
+        if let [Lobe::FresnelSpecular(boundary)] = &self.lobes[..] {
+            // As below: there is nothing to choose from.
+            return self.specular_sample(&boundary.sample(local_wo, u.x)?, 1.0, 0);
+        }
         let choice = self.choice(wo, local_wo);
         let (chosen, u) = choice.choose(self.lobes.len(), u)?;
         let lobe = self.lobes.get(chosen)?;

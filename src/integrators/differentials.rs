@@ -63,7 +63,8 @@ mod tests {
         let filtered = "Texture \"t\" \"color\" \"checkerboard\" MakeNamedMaterial \"m\" \"string type\" \"matte\" \"texture Kd\" \"t\"";
         let text = format!("Integrator \"{integrator}\" WorldBegin {filtered} {text} WorldEnd");
         let main = sources.add_text("test.pbrt", text);
-        let (mut scene, _) = read_scene(&sources, main, &ReadSettings::default());
+        let (mut scene, said) = read_scene(&sources, main, &ReadSettings::default());
+        assert!(!said.has_errors());
         let (built, diagnostics) = crate::build::build(scene.frames.pop().unwrap(), 0);
         assert!(!diagnostics.has_errors());
         built.unwrap().job.world

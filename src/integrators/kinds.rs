@@ -91,6 +91,11 @@ macro_rules! integrator_types {
                 }
             }
 
+            /// The type as scenes name it.
+            pub fn name(&self) -> &'static str {
+                match self { $(IntegratorSpec::$Type(_) => $name,)* }
+            }
+
             /// Returns `true` if participating media are modeled.
             pub fn sees_media(&self) -> bool {
                 match self { $(IntegratorSpec::$Type(_) => $Type::MEDIA,)* }

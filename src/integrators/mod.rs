@@ -215,9 +215,15 @@ impl Integrator {
         let mut materials = world.materials.iter();
         self.spec.may_be_assisted()
             && !world.has_recoverable_surfaces()
+            && !world.geometry.has_curves()
             && world.media.is_empty()
             && lights.any(|light| !light.is_delta())
             && materials.any(|material| material.may_focus())
+    }
+
+    /// What renders the image, as scenes name it: perhaps not what the scene asks for ([`Integrator::leave_to_camera_paths`]).
+    pub fn name(&self) -> &'static str {
+        self.spec.name()
     }
 
     /// Returns `true` if light may be scattered twice on its way to the camera. Of what is scattered once, emitter sampling
@@ -249,17 +255,23 @@ impl Integrator {
         self.lights.emitters = None;
     }
 
-    /// Returns `true` if the path tracer finds all light that `bdpt` does: not in media, not through surfaces without a material,
-    /// which end its shadow rays, and not that of a light without area behind smooth glass or off a mirror.
+    /// Returns `true` if the path tracer finds all light that `bdpt` does, and none of it so rarely that a pilot pass has to miss
+    /// it: not in media, not what smooth glass and mirrors gather, nor that of lights without area gathered by anything. Its shadow rays end at
+    /// surfaces without a material, or with a cut-out for them alone; and curves scatter other light for paths from elsewhere.
     pub fn camera_paths_find_all(&self, world: &World) -> bool {
-        let focuses = world.materials.iter().any(Material::may_focus);
+        let mut materials = world.materials.iter();
         let lacks_area = world.sampled_lights().iter().any(Light::is_delta);
-        (!self.is_indirect() || !focuses || !lacks_area)
+        let gathers = |material: &Material| match lacks_area {
+            true => material.may_focus(),
+            false => material.is_smooth(&world.materials),
+        };
+        (!self.is_indirect() || !materials.any(gathers))
             && world.media.is_empty()
             && !world.has_recoverable_surfaces()
+            && !world.geometry.has_curves()
     }
 
-    /// Renders by `path`, which walks many paths side by side, what it finds as `bdpt` does.
+    /// Renders by `path`, which walks many paths side by side, where [that finds all](Integrator::camera_paths_find_all).
     pub fn leave_to_camera_paths(&mut self) {
         if let (IntegratorSpec::Bdpt(_), Some(path)) = (&self.spec, self.spec.path()) {
             self.spec = IntegratorSpec::Path(path);

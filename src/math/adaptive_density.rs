@@ -109,24 +109,17 @@ impl AdaptiveDensity {
 
     /// A point, from two numbers in [0, 1).
     pub fn sample(&self, u: Vec2) -> Vec2 {
-        let mut u = u.to_array();
-        let (mut min, mut side) = ([0.0f32; 2], [1.0f32; 2]);
+        let (mut x, mut y) = (Side::from(u.x), Side::from(u.y));
         let mut node = &self.nodes[0];
-        let mut axis = 0;
+        // u and v in turn.
         while node.halves != 0 {
-            side[axis] *= 0.5;
-            let low = node.low;
-            let is_high = u[axis] >= low;
-            let share = if is_high { 1.0 - low } else { low };
-            let rest = if is_high { u[axis] - low } else { u[axis] };
-            u[axis] = (rest / share).clamp(0.0, BELOW_ONE);
-            min[axis] += if is_high { side[axis] } else { 0.0 };
-            node = &self.nodes[node.halves as usize + usize::from(is_high)];
-            axis = 1 - axis;
+            node = &self.nodes[node.halves as usize + x.halve(node.low)];
+            if node.halves == 0 {
+                break;
+            }
+            node = &self.nodes[node.halves as usize + y.halve(node.low)];
         }
-        [0, 1]
-            .map(|i| (min[i] + u[i] * side[i]).min(BELOW_ONE))
-            .into()
+        Vec2::new(x.point(), y.point())
     }
 
     /// The density at a point of [0, 1)².
@@ -137,6 +130,40 @@ impl AdaptiveDensity {
             node = &self.nodes[node.halves as usize + halves.next()];
         }
         node.low
+    }
+}
+
+/// A cell along u or v, and a number in [0, 1) that chooses a point in it.
+struct Side {
+    min: f32,
+    length: f32,
+    u: f32,
+}
+
+impl From<f32> for Side {
+    fn from(u: f32) -> Side {
+        let (min, length) = (0.0, 1.0);
+        Side { min, length, u }
+    }
+}
+
+impl Side {
+    /// Chooses the upper half (1) or the lower one, which has the probability `low`.
+    #[inline(always)]
+    fn halve(&mut self, low: f32) -> usize {
+        self.length *= 0.5;
+        let is_high = self.u >= low;
+        let (share, rest, skipped) = match is_high {
+            true => (1.0 - low, self.u - low, self.length),
+            false => (low, self.u, 0.0),
+        };
+        self.u = (rest / share).clamp(0.0, BELOW_ONE);
+        self.min += skipped;
+        usize::from(is_high)
+    }
+
+    fn point(&self) -> f32 {
+        (self.min + self.u * self.length).min(BELOW_ONE)
     }
 }
 

@@ -9,7 +9,7 @@
 //! traces any light itself or not.
 
 use super::{Progress, RenderJob};
-use crate::film::{PixelBounds, SplatBuffer, Splats};
+use crate::film::{LightShare, PixelBounds, SplatBuffer, Splats};
 use crate::integrators::{LightJob, Splat};
 use crate::math::color::luminance;
 use crate::samplers::Sampler;
@@ -55,15 +55,23 @@ impl RenderJob {
     /// The same where only ghosts may be traced, too, of which weights know nothing.
     fn splats_per_sample(&self) -> f32 {
         match self.has_splats() {
-            true => self.lit().area() as f32 * self.light_share.0,
+            true => self.lit().area() as f32 * self.splat_share().0,
             false => 0.0,
+        }
+    }
+
+    /// What the light pass has for each camera sample: as many light paths as pay, or one sample of ghosts if they are all.
+    pub fn splat_share(&self) -> LightShare {
+        match self.traces_light() {
+            true => self.light_share,
+            false => LightShare(1.0),
         }
     }
 
     /// Number of light paths of an image with `spp` samples in every pixel; each has a sample of ghosts, if there are any.
     pub fn light_paths(&self, spp: u32) -> u64 {
         match self.has_splats() {
-            true => { self.light_share }.paths(self.lit().area() as u64 * u64::from(spp)),
+            true => { self.splat_share() }.paths(self.lit().area() as u64 * u64::from(spp)),
             false => 0,
         }
     }

@@ -250,7 +250,7 @@ impl<'a> Passes<'a> {
 
     /// The light paths that belong to the samples of one half so far, or in a plan.
     fn paths(&self, half: usize, counts: &Counts) -> u64 {
-        { self.job.light_share }.paths(self.halves.samples_of(half, counts))
+        { self.job.splat_share() }.paths(self.halves.samples_of(half, counts))
     }
 
     /// Traces the light paths so far again if a checkpoint has those of later passes in the same sums, but not the plans of

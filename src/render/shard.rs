@@ -253,7 +253,7 @@ pub fn render_shard(
     let is_whole = rendered.reduce(|| true, |a, b| a && b);
     let halves = light.splats.iter_mut().zip(&samplers).zip(0..);
     halves.fold(is_whole, |is_whole, ((splats, sampler), half)| {
-        let paths = division.light(shard, half.into(), pass, job.light_share);
+        let paths = division.light(shard, half.into(), pass, job.splat_share());
         let sampler = (half, sampler);
         light_pass::trace(job, sampler, splats, paths, || true, progress) && is_whole
     })

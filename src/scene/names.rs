@@ -180,7 +180,8 @@ mod tests {
             ObjectBegin "tree" Shape "sphere" Shape "disk" ObjectEnd
             ObjectInstance "tree" ObjectInstance "tree" WorldEnd"#;
         let main = sources.add_text("test.pbrt", text);
-        let (mut scene, _) = read_scene(&sources, main, &ReadSettings::default());
+        let (mut scene, said) = read_scene(&sources, main, &ReadSettings::default());
+        assert!(!said.has_errors());
         let frame = scene.frames.pop().expect("a frame");
         let names = Names::of(&frame, &sources);
         let of_shape = |i: usize| {

@@ -209,7 +209,7 @@ impl Prepared {
         };
         let paths = |pass: &Pass| -> u64 {
             let ranges =
-                (0..pass.len()).map(|half| division.light(shard, half, pass, job.light_share));
+                (0..pass.len()).map(|half| division.light(shard, half, pass, job.splat_share()));
             let counts = ranges.map(|range| range.end - range.start);
             counts.filter(|_| job.has_splats()).sum()
         };
@@ -259,7 +259,7 @@ impl Prepared {
             }),
             halved: goal.is_none() && self.is_halved(),
             are_dependent: job.sampler.is_dependent(),
-            splats: { job.splat_scale() }.map(|scale| (scale, job.light_share)),
+            splats: { job.splat_scale() }.map(|scale| (scale, job.splat_share())),
         };
         Journal::open(&Keep {
             path: &file.path,

@@ -60,7 +60,8 @@ fn scene(integrator: &str, filter: &str, spp: u32) -> String {
 fn mean(text: &str, seed: u64) -> (DVec3, DVec3) {
     let sources = SourceMap::new();
     let file = sources.add_text("scene", text);
-    let (scene, _) = read_scene(&sources, file, &ReadSettings::default());
+    let (scene, said) = read_scene(&sources, file, &ReadSettings::default());
+    assert!(!said.has_errors());
     let frame = scene.frames.into_iter().next().expect("a frame");
     let job = build(frame, seed).0.expect("a scene that can be built").job;
     let film = expose(&job, TILE_SIZE, &Progress::hidden());

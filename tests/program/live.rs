@@ -390,6 +390,8 @@ fn counts_add_up() {
         let open = if scene == OCCLUSION { 16 * met[0] } else { 0 };
         assert_eq!(count(&paths["rays"]["occlusion"]), open);
         assert!(stats["time_s"]["rendering"].as_f64().expect("seconds") > 0.0);
+        let is_bdpt = stats["integrator"] == "bdpt";
+        assert_eq!(is_bdpt, scene == BOTH_ENDS, "{}", stats["integrator"]);
     }
 }
 

@@ -20,7 +20,8 @@ fn job(text: &str, lens: &str, seed: u64) -> RenderJob {
     let text = text.replace("LENS", &path.display().to_string());
     let sources = SourceMap::new();
     let file = sources.add_text("scene", text);
-    let (scene, _) = read_scene(&sources, file, &ReadSettings::default());
+    let (scene, said) = read_scene(&sources, file, &ReadSettings::default());
+    assert!(!said.has_errors());
     let frame = scene.frames.into_iter().next().expect("a frame");
     build(frame, seed).0.expect("a scene that can be built").job
 }
@@ -108,6 +109,31 @@ fn ghosts_of_a_white_sky_are_an_integral_over_rays() {
         (found - expected).abs() < 4.0 * error,
         "{found} {expected} {error}"
     );
+}
+
+/// An integrator that traces no light of its own, or leaves that to camera paths, leaves them their light.
+#[test]
+fn ghosts_come_with_every_integrator() {
+    let (x, z) = (5f64.to_radians().sin(), 5f64.to_radians().cos());
+    let world = format!(
+        "LightSource \"distant\" \"point from\" [{x} 0 {z}] \"point to\" [0 0 0] \"rgb L\" [1 1 1]\n\
+         Translate 0 0 20000 Shape \"sphere\" \"float radius\" 1000"
+    );
+    let text = by_doublet(&world, "");
+    let of = |integrator: &str| {
+        let text = text.replace("Integrator \"path\"", &format!("Integrator {integrator}"));
+        mean(&parts(job(&text, DOUBLET, 1))[0]).x
+    };
+    let expected = of("\"path\"");
+    assert!(expected > 0.0);
+    for depth in [0, 1, 5] {
+        let found = of(&format!("\"bdpt\" \"integer maxdepth\" {depth}"));
+        // Of the same samples, or of others where light paths have found that more or fewer pay: 7,500 of them scatter by some percent.
+        assert!(
+            (found / expected - 1.0).abs() < 0.2,
+            "{depth}: {found} {expected}"
+        );
+    }
 }
 
 /// Lights that look the same to the lens, with an area and without, near and far.

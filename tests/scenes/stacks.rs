@@ -17,7 +17,8 @@ fn many_threads_render_on_small_stacks() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell/cornell.pbrt");
     let sources = SourceMap::new();
     let file = sources.open(&scene).expect("a scene");
-    let (scene, _) = read_scene(&sources, file, &ReadSettings::default());
+    let (scene, said) = read_scene(&sources, file, &ReadSettings::default());
+    assert!(!said.has_errors());
     let mut frame = scene.frames.into_iter().next().expect("a frame");
     frame.options.film.shrink(64 * 64);
     let job = build(frame, 0).0.expect("a scene without errors").job;

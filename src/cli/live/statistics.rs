@@ -26,6 +26,7 @@ pub(super) fn of(frame: &Prepared, rendered: &Rendered, number: usize, times: &T
         "fstop": env!("CARGO_PKG_VERSION"),
         "scene": rendered.metadata.scene,
         "frame": number,
+        "integrator": frame.scene.job.integrator.name(),
         "threads": frame.threads_started(),
         "time_s": {
             "reading": times.reading.as_secs_f64(),

@@ -91,7 +91,8 @@ pub(super) const OUTDOORS: &str = r#"
 pub(super) fn job(text: &str) -> RenderJob {
     let sources = SourceMap::new();
     let main = sources.add_text("scene.pbrt", text.to_string());
-    let (mut scene, _) = read_scene(&sources, main, &ReadSettings::default());
+    let (mut scene, said) = read_scene(&sources, main, &ReadSettings::default());
+    assert!(!said.has_errors());
     let frame = scene.frames.pop().expect("a frame");
     let (built, diagnostics) = crate::build::build(frame, 0);
     assert!(!diagnostics.has_errors());

@@ -2,8 +2,8 @@
 //! glass or off a mirror rarely. Joined by multiple importance sampling the expectation is the same.
 
 use super::{
-    Blocks, CHUNK, COST_OF_CAMERA, COST_OF_PATH, LightOfBlocks, Pilot, RenderJob, SHARE_OF_PILOT,
-    Told, blocks_of_side, noise_of_camera, worth,
+    Blocks, CHUNK, COST_OF_CAMERA, COST_OF_PATH, LightOfBlocks, Pilot, RARE, RenderJob,
+    SHARE_OF_PILOT, Told, blocks_of_side, noise_of_camera, worth,
 };
 
 /// Light paths of a first look, as a part of the image's camera samples. Together with twice as many camera paths it takes less than
@@ -59,7 +59,7 @@ impl RenderJob {
             worth: &worth(&pilot.blocks, &helped, &lit),
         };
         let least = noise_of_camera(&helped, 0.0, told.worth) * COST_OF_CAMERA;
-        let rare = told.rare_alone() * COST_OF_PATH;
+        let rare = told.rare_alone(RARE) * COST_OF_PATH;
         self.integrator.leave_alone(before);
         if rare < LEAST_RARE * least {
             return;

@@ -36,11 +36,23 @@ const BLOCKS: u32 = 64;
 /// So many blocks to either side tell of a block's brightness.
 const AROUND: usize = 2;
 
-/// The brightness below which darkness does not count any more, over the image's mean.
+/// The brightness below which darkness does not count any more, over the image's.
 const FLOOR: f64 = 0.02;
+
+/// The least blocks by which the image may be left to the path tracer: two samples in each of fewer may meet nothing of what is noise in
+/// an image.
+const LEAST_BLOCKS: usize = 1 << 10;
+
+/// The part of the light that `bdpt` sees which samples of the path tracer must have, too, rare ones cut: of rooms with a lamp they have
+/// 0.9 and more, but 0.6 where half of an image is a room whose lamp is in a ball of rough glass.
+const LEAST_SEEN: f64 = 0.8;
 
 /// Camera samples so many times as bright as their block are rare.
 const RARE: f64 = 8.0;
+
+/// The same of an image that may be left to the path tracer, for each of its samples in the pilot pass, which then have met what is less
+/// rare: of this brightness 25 of them if that is a quarter of the light.
+const RARE_OF_SAMPLE: f64 = 0.01;
 
 /// The variance of light paths, which are points of one sequence, over that of independent ones.
 const EVEN: f64 = 0.5;
@@ -149,7 +161,9 @@ impl RenderJob {
             self.light_share = LightShare(1.0);
             return;
         }
+        // Where samples are cut, the two cut other light.
         let by_path = self.integrator.camera_paths_find_all(&self.world)
+            && self.film.max_sample_luminance.is_infinite()
             && !self.integrator.shows_strategies();
         if !self.integrator.is_indirect() {
             self.integrator.join(0.0);
@@ -188,23 +202,45 @@ impl RenderJob {
         let seen = self.look(pilot);
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
         let noise = noise_of_camera(&seen, share.into(), &worth);
-        if noise * cost_of_camera(share) > least {
-            self.light_share = chosen;
+        // What is not a number proves nothing.
+        match noise * cost_of_camera(share) <= least {
+            true => {}
+            false => self.light_share = chosen,
         }
     }
 
     /// Leaves the image to the path tracer, and returns `true`, if its noise × time is less than that of camera paths that saw what was
     /// `seen`, with light paths beside them, and a `share` of which is joined to one.
     fn leaves_to_path(&mut self, pilot: &Pilot, seen: &[Pair], share: f32) -> bool {
-        let none = LightOfBlocks::default();
-        let worth = worth(&pilot.blocks, seen, &none);
-        let cost = cost_of_camera(share) + f64::from(SHARE_OF_PILOT.0) * COST_OF_LIGHT;
-        let least = noise_of_camera(seen, share.into(), &worth) * cost;
+        if pilot.blocks.count() < LEAST_BLOCKS {
+            return false;
+        }
         self.integrator.join(0.0);
         self.light_share = LightShare(0.0);
-        let noise = noise_of_camera(&self.look(pilot), 0.0, &worth);
+        let by_path = self.look(pilot);
         self.light_share = SHARE_OF_PILOT;
-        if noise * COST_OF_PATH > least {
+        let is_better = self.is_better_by_path(pilot, (seen, share), &by_path);
+        if is_better {
+            self.light_share = LightShare(0.0);
+            self.integrator.leave_to_camera_paths();
+        }
+        is_better
+    }
+
+    /// Returns `true` if noise × time is less by samples like those `by_path`. Written so that what is not a number, as in a black image,
+    /// proves nothing.
+    fn is_better_by_path(
+        &self,
+        pilot: &Pilot,
+        (seen, share): (&[Pair], f32),
+        by_path: &[Pair],
+    ) -> bool {
+        let worth = worth(&pilot.blocks, seen, &LightOfBlocks::default());
+        let cost = cost_of_camera(share) + f64::from(SHARE_OF_PILOT.0) * COST_OF_LIGHT;
+        let least = noise_of_camera(seen, share.into(), &worth) * cost;
+        let noise = noise_of_camera(by_path, 0.0, &worth);
+        let may_be_better = noise * COST_OF_PATH <= least;
+        if !may_be_better {
             return false;
         }
         // Of the rare bright samples that camera paths have not met light paths tell, if any of them come to the lens.
@@ -215,12 +251,12 @@ impl RenderJob {
             blocks: &pilot.blocks,
             worth: &worth,
         };
-        if told.brought.is_empty() || (noise + told.rare_alone()) * COST_OF_PATH > least {
-            return false;
-        }
-        self.light_share = LightShare(0.0);
-        self.integrator.leave_to_camera_paths();
-        true
+        let rare = RARE.max(RARE_OF_SAMPLE * 2.0 * by_path.len() as f64);
+        let all = brightness(seen, (share.into(), rare), &worth)
+            + told.brightness(self.paths_per_sample());
+        !told.brought.is_empty()
+            && (noise + told.rare_alone(rare)) * COST_OF_PATH <= least
+            && brightness(by_path, (0.0, rare), &worth) >= LEAST_SEEN * all
     }
 
     /// Light paths of a round.
@@ -260,7 +296,7 @@ impl RenderJob {
         self.light_share = LightShare(light_share);
         Effort {
             least,
-            rare_alone: told.rare_alone(),
+            rare_alone: told.rare_alone(RARE),
         }
     }
 
@@ -373,7 +409,8 @@ fn worth(blocks: &Blocks, seen: &[Pair], lit: &LightOfBlocks) -> Vec<f64> {
         let block = block as usize;
         bright[block] += value / (lit.paths as f64 * blocks.pixels(block));
     }
-    let mean = bright.iter().sum::<f64>() / bright.len() as f64;
+    // Of the roots: a lamp that is seen does not make all else dark.
+    let mean = (bright.iter().map(|b| b.sqrt()).sum::<f64>() / bright.len() as f64).powi(2);
     let worth = bright.iter().map(|b| (b + FLOOR * mean).powi(-2));
     worth.collect()
 }
@@ -391,6 +428,16 @@ fn noise_of_camera(seen: &[Pair], share: f64, worth: &[f64]) -> f64 {
         let difference = (a + share * joined) - (b + share * other);
         let by_chance = share * (1.0 - share) * (joined * joined + other * other);
         0.5 * worth * (difference * difference + by_chance)
+    };
+    seen.iter().zip(worth).map(of_block).sum::<f64>() / seen.len() as f64
+}
+
+/// What camera samples see where a `share` of them is joined to light paths, over the blocks' brightness: no more than `most` times that.
+fn brightness(seen: &[Pair], (share, most): (f64, f64), worth: &[f64]) -> f64 {
+    let of_block = |(pair, worth): (&Pair, &f64)| {
+        let common =
+            |[alone, joined]: [f64; 2]| (worth.sqrt() * (alone + share * joined)).min(most);
+        0.5 * (common(pair[0]) + common(pair[1]))
     };
     seen.iter().zip(worth).map(of_block).sum::<f64>() / seen.len() as f64
 }
@@ -416,6 +463,12 @@ impl Told<'_> {
         self.blocks.bounds.area() as f64
     }
 
+    /// The light that so many light paths for each sample of a pixel bring, over the blocks' brightness.
+    fn brightness(&self, light_paths: f32) -> f64 {
+        let of = |b: &Brought| b.shared(light_paths.into()).0 * self.worth[b.block as usize].sqrt();
+        self.brought.iter().map(of).sum::<f64>() / (self.paths as f64 * self.pixels())
+    }
+
     /// The variance of light paths where there are so many for each camera sample: the mean square; what a path brings to a pixel is far
     /// more than the pixel has.
     fn noise(&self, share: f64) -> f64 {
@@ -427,7 +480,7 @@ impl Told<'_> {
     fn rare(&self, share: f64) -> f64 {
         let paths = share * self.pixels();
         self.mean(|b| {
-            if self.is_rare(b) {
+            if self.is_rare(b, RARE) {
                 b.shared(paths).1
             } else {
                 0.0
@@ -435,10 +488,10 @@ impl Told<'_> {
         })
     }
 
-    /// The same where there are no light paths.
-    fn rare_alone(&self) -> f64 {
+    /// The same where there are no light paths, of samples so many times as bright as their block.
+    fn rare_alone(&self, least: f64) -> f64 {
         self.mean(|b| {
-            if self.is_rare(b) {
+            if self.is_rare(b, least) {
                 b.square_alone()
             } else {
                 0.0
@@ -446,9 +499,9 @@ impl Told<'_> {
         })
     }
 
-    fn is_rare(&self, b: &Brought) -> bool {
+    fn is_rare(&self, b: &Brought, least: f64) -> bool {
         let brightness = self.worth[b.block as usize].powf(-0.5);
-        b.light / b.by_camera > RARE * brightness
+        b.light / b.by_camera > least * brightness
     }
 }
 

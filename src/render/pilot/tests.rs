@@ -64,6 +64,25 @@ fn the_path_tracer_renders_what_it_finds_at_less_cost() {
     // No light path comes to a camera in glass, so that none tells of it; surfaces without a material end shadow rays of `path`.
     assert!(!is_left(&(lamp(1.0) + &ball("glass", "0 0 0"))));
     assert!(!is_left(&(lamp(1.0) + &ball("none", "0 0 5"))));
+    // Curves turn to what meets them, and samples that are cut depend on how they are made.
+    let curve = "Shape \"curve\" \"point P\" [0 0 4 1 0 4 1 1 4 2 1 4]";
+    assert!(!is_left(&(lamp(1.0) + curve)));
+    let cut = "\"float maxsampleluminance\" 10 ".to_owned();
+    assert!(!is_left(&(cut + &lamp(1.0))));
+}
+
+/// Few samples meet nothing of what is rare, and those that meet nothing at all are without noise.
+#[test]
+fn what_a_pilot_pass_has_not_seen_proves_nothing() {
+    let rough = "glass\" \"float uroughness\" 0.001 \"float vroughness\" 0.001 \"bool remaproughness\" \"false";
+    let lamp = lamp(0.003) + &ball(rough, "0 5 0");
+    assert!(after_pilot("\"bdpt\"", &lamp).integrator.begins_at_lights());
+    let light = "WorldBegin LightSource \"point\" \"point from\" [0 0 5]";
+    for (spp, is_left) in [(16, true), (8, false)] {
+        let few = format!("\"bdpt\" Sampler \"halton\" \"integer pixelsamples\" {spp}");
+        let job = after_pilot(&few, light);
+        assert_eq!(job.integrator.begins_at_lights(), !is_left);
+    }
 }
 
 /// With the parameters that `path` has.
