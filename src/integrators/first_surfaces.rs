@@ -2,9 +2,9 @@
 //!
 //! Perfect mirrors and smooth glass are followed, as denoisers want it (Intel Open Image Denoise, documentation of its
 //! auxiliary images): each ray takes one of the ways that the surface offers, with its probability, so that a pixel blends
-//! what is reflected with what is seen through. `path` and `volpath` note what their paths meet; where these are of no use (they
-//! have scattered in a medium, or ended too early), and for other integrators, a ray is traced for the layers alone, with the
-//! path's first sample points on a copy of the stream. So no color depends on whether layers are wanted.
+//! what is reflected with what is seen through. `path` and `volpath` note what their paths meet, `directlighting` and `whitted` a first surface
+//! that is not specular; where these are of no use (they have scattered in a medium, or ended too early, or gone all ways), and for other integrators, a
+//! ray is traced for the layers alone, with the path's first sample points on a copy of the stream. So no color depends on whether layers are wanted.
 
 use super::MAX_NULL_SURFACES;
 use crate::accel::{ClosestHit, GeometryHit, Standing};
@@ -97,6 +97,25 @@ impl Sight {
         self.state = State::AtLast;
         if let Some(albedo) = bsdf.diffuse_reflectance() {
             self.stay(albedo);
+        }
+    }
+
+    /// Meets a first surface, beyond which all ways are gone and not one: a specular one is no use. `stream` has the path's first numbers.
+    pub(super) fn meet_alone(
+        &mut self,
+        ray: &Ray,
+        hit: &GeometryHit,
+        (bsdf, has_interior): (&Bsdf, bool),
+        mut stream: SampleStream,
+    ) {
+        self.meet(ray, hit, bsdf, has_interior);
+        match self.state {
+            State::Looking => self.state = State::Lost,
+            State::AtLast => {
+                let sample = sampled(bsdf, hit.surface.wo, &mut stream);
+                self.scatter(bsdf, sample.as_ref());
+            }
+            State::Done | State::Lost => {}
         }
     }
 
@@ -251,6 +270,14 @@ fn weight(bsdf: &Bsdf, sample: &BsdfSample) -> Rgb {
     sample.f * (cosine * unscaled / sample.pdf)
 }
 
+/// The direction that a path goes on in, which samples no light here.
+fn sampled(bsdf: &Bsdf, wo: Vec3, stream: &mut SampleStream) -> Option<BsdfSample> {
+    stream.skip_1d();
+    stream.skip_2d();
+    let third = stream.next_1d_if(bsdf.needs_third());
+    bsdf.sample(wo, third, stream.next_2d())
+}
+
 /// Traces a camera ray. `None` if it meets no surface with a material. Participating media are not seen.
 pub fn first_surfaces(
     world: &World,
@@ -278,11 +305,7 @@ pub fn first_surfaces(
         if sight.state == State::Done {
             break;
         }
-        // As a path does, which samples no light here.
-        stream.skip_1d();
-        stream.skip_2d();
-        let third = stream.next_1d_if(bsdf.needs_third());
-        let sample = bsdf.sample(surface.wo, third, stream.next_2d());
+        let sample = sampled(&bsdf, surface.wo, &mut stream);
         sight.scatter(&bsdf, sample.as_ref());
         if let Some(sample) = sample {
             ray = surface.spawn_ray(sample.wi);

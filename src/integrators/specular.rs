@@ -3,7 +3,7 @@
 //! the thread's.
 
 use super::witness::Met;
-use super::{Context, MAX_NULL_SURFACES, differentials};
+use super::{Context, MAX_NULL_SURFACES, Sight, differentials};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::math::ray::{Ray, RayDifferentials};
@@ -31,6 +31,7 @@ pub(super) fn trace(
     mut direct_light: impl FnMut(&mut Context, &SurfaceHit, &Bsdf) -> Rgb,
 ) -> Rgb {
     let world = context.world;
+    let numbers = context.watch.as_ref().map(|_| *context.stream);
     let mut radiance = Rgb::ZERO;
     let mut pending = arrayvec::ArrayVec::<Branch, 64>::new();
     let mut next = Some(Branch {
@@ -44,6 +45,9 @@ pub(super) fn trace(
         let depth = branch.level;
         let Some(hit) = world.intersect(&branch.ray) else {
             context.arrive(depth, Met::Background, radiance);
+            if depth == 0 {
+                context.look(Sight::escape);
+            }
             radiance += branch.throughput * world.escaped_radiance(&branch.ray);
             context.scale_parts(branch.throughput);
             let d = branch.ray.d;
@@ -67,6 +71,10 @@ pub(super) fn trace(
         let mut bsdf = Bsdf::empty();
         let differentials = branch.differentials.as_ref();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
+        if let (0, Some(numbers)) = (depth, numbers) {
+            let scattering = (&bsdf, material.has_interior());
+            context.look(|sight| sight.meet_alone(&branch.ray, &hit, scattering, numbers));
+        }
         context.scale_parts(branch.throughput);
         let direct = match bsdf.has_non_specular() {
             true => direct_light(&mut context, &hit.surface, &bsdf),

@@ -293,6 +293,42 @@ fn glass_and_mirrors_are_followed() {
     }
 }
 
+/// What they note on their own ways is what a ray for the layers alone would have met, as `ambientocclusion` sends one: matte, of which the albedo is
+/// known and of which it is estimated, behind a surface without a material; glass and mirrors, whose ways they all go, are left to that ray.
+#[test]
+fn integrators_of_direct_light_see_the_same_layers() {
+    let by = |integrator: &str| {
+        let text = format!(
+            r#"
+        Integrator "{integrator}"
+        Camera "perspective" "float fov" 60
+        Film "image" "integer xresolution" 24 "integer yresolution" 16
+        Sampler "halton" "integer pixelsamples" 4
+        WorldBegin
+        LightSource "point"
+        AttributeBegin Material "matte" "rgb Kd" [0.5 0.25 0.75] Translate -2 0 5 Shape "sphere" AttributeEnd
+        AttributeBegin Material "metal" "float roughness" 0.2 Translate 0 0 5 Shape "sphere" AttributeEnd
+        AttributeBegin Material "uber" "rgb Kr" [0.5 0.5 0.5] Translate 2 0 5 Shape "sphere" AttributeEnd
+        AttributeBegin Material "glass" Translate -1 1.5 5 Shape "sphere" AttributeEnd
+        AttributeBegin Material "mirror" Translate 1 1.5 5 Shape "sphere" AttributeEnd
+        AttributeBegin Material "none" Translate 0 0 3 Shape "disk" "float radius" 0.2 AttributeEnd
+        WorldEnd"#
+        );
+        layers_of(&text, &["--aov", ALL])
+    };
+    let expected = by("ambientocclusion");
+    for integrator in ["directlighting", "whitted"] {
+        let found = by(integrator);
+        let layers = expected
+            .by_name
+            .iter()
+            .filter(|(name, _)| !"RGB".contains(&***name));
+        for (name, values) in layers {
+            assert!(found.get(name) == values, "{integrator} {name}");
+        }
+    }
+}
+
 /// The circle of confusion, against the picture of a small ball out of focus: light evenly spread over a circle of diameter D
 /// deviates by D/4 along x. The real lens is stopped down, for its aberrations fall with the cube of the aperture.
 #[test]
