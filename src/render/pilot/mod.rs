@@ -36,7 +36,7 @@ const BLOCKS: u32 = 64;
 /// So many blocks to either side tell of a block's brightness.
 const AROUND: usize = 2;
 
-/// The brightness below which darkness does not count any more, over the image's.
+/// The brightness below which darkness does not count any more, over the image's mean.
 const FLOOR: f64 = 0.02;
 
 /// The least blocks by which the image may be left to the path tracer: two samples in each of fewer may meet nothing of what is noise in
@@ -235,7 +235,7 @@ impl RenderJob {
         (seen, share): (&[Pair], f32),
         by_path: &[Pair],
     ) -> bool {
-        let worth = worth(&pilot.blocks, seen, &LightOfBlocks::default());
+        let worth = worth_beside_lamps(&pilot.blocks, seen);
         let cost = cost_of_camera(share) + f64::from(SHARE_OF_PILOT.0) * COST_OF_LIGHT;
         let least = noise_of_camera(seen, share.into(), &worth) * cost;
         let noise = noise_of_camera(by_path, 0.0, &worth);
@@ -400,19 +400,33 @@ impl RenderJob {
     }
 }
 
-/// 1 over the square of each block's brightness, as it and its neighbors tell of it: judged by itself alone a rare bright sample would
-/// come from a bright block. By what was `seen` and what light paths brought to it.
+/// 1 over the square of each block's brightness, by what was `seen` and what light paths brought to it.
 fn worth(blocks: &Blocks, seen: &[Pair], lit: &LightOfBlocks) -> Vec<f64> {
+    let bright = brightnesses(blocks, seen, lit);
+    let mean = bright.iter().sum::<f64>() / bright.len() as f64;
+    worth_over(&bright, FLOOR * mean)
+}
+
+/// The same where even a lamp in the image does not make all else dark: the mean is of roots.
+fn worth_beside_lamps(blocks: &Blocks, seen: &[Pair]) -> Vec<f64> {
+    let bright = brightnesses(blocks, seen, &LightOfBlocks::default());
+    let root = bright.iter().map(|b| b.sqrt()).sum::<f64>() / bright.len() as f64;
+    worth_over(&bright, FLOOR * root * root)
+}
+
+fn worth_over(bright: &[f64], floor: f64) -> Vec<f64> {
+    bright.iter().map(|b| (b + floor).powi(-2)).collect()
+}
+
+/// Each block's brightness, as it and its neighbors tell of it: judged by itself alone a rare bright sample would come from a bright block.
+fn brightnesses(blocks: &Blocks, seen: &[Pair], lit: &LightOfBlocks) -> Vec<f64> {
     let of_pair = |pair: &Pair| 0.5 * pair.iter().flatten().sum::<f64>();
     let mut bright = blocks.smooth(&seen.iter().map(of_pair).collect::<Vec<f64>>());
     for (&block, value) in &lit.values {
         let block = block as usize;
         bright[block] += value / (lit.paths as f64 * blocks.pixels(block));
     }
-    // Of the roots: a lamp that is seen does not make all else dark.
-    let mean = (bright.iter().map(|b| b.sqrt()).sum::<f64>() / bright.len() as f64).powi(2);
-    let worth = bright.iter().map(|b| (b + FLOOR * mean).powi(-2));
-    worth.collect()
+    bright
 }
 
 /// The part of the blocks' light that comes of joints where all camera paths are joined.
