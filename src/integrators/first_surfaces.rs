@@ -270,7 +270,7 @@ fn weight(bsdf: &Bsdf, sample: &BsdfSample) -> Rgb {
     sample.f * (cosine * unscaled / sample.pdf)
 }
 
-/// The direction that a path goes on in, which samples no light here.
+/// The direction in which a path continues that samples no light here.
 fn sampled(bsdf: &Bsdf, wo: Vec3, stream: &mut SampleStream) -> Option<BsdfSample> {
     stream.skip_1d();
     stream.skip_2d();
