@@ -262,15 +262,18 @@ impl Geometry {
     /// Returns `true` if there is any surface without material, or with a cut-out for shadow rays only. If not,
     /// [`Geometry::occluded`] is also right for light that passes through surfaces without material.
     pub fn has_recoverable_surfaces(&self) -> bool {
-        let mut levels = self.objects.iter().chain([&self.top]);
-        levels.any(|level| level.has_recoverable)
+        self.levels().any(|level| level.has_recoverable)
     }
 
     /// Returns `true` if there are curves, whose normals turn with the rays that meet them.
     pub fn has_curves(&self) -> bool {
+        self.levels().any(|level| level.curves.segments() > 0)
+    }
+
+    /// All levels: those of shapes that move by themselves among them.
+    fn levels(&self) -> impl Iterator<Item = &Level> {
         let levels = self.objects.iter().chain([&self.top]);
-        let mut all = levels.flat_map(|level| level.moving_shapes().chain([level]));
-        all.any(|level| level.curves.segments() > 0)
+        levels.flat_map(|level| level.moving_shapes().chain([level]))
     }
 
     /// Returns `true` if anything moves.
@@ -287,8 +290,7 @@ impl Geometry {
     /// Counts and memory.
     pub fn statistics(&self) -> GeometryStatistics {
         let mut statistics = GeometryStatistics::default();
-        let levels = self.objects.iter().chain([&self.top]);
-        for level in levels.flat_map(|level| level.moving_shapes().chain([level])) {
+        for level in self.levels() {
             statistics.triangles += level.triangles() - level.skipped;
             statistics.quadrics += level.quadrics.len();
             statistics.curve_segments += level.curves.segments();

@@ -256,7 +256,7 @@ impl Integrator {
     }
 
     /// Returns `true` if the path tracer finds all light that `bdpt` does, and none of it so rarely that a pilot pass has to miss
-    /// it: not in media, not what smooth glass and mirrors gather, nor that of lights without area gathered by anything. Its shadow rays end at
+    /// it: not in media, not what glass and mirrors gather that are smooth all over, nor that of lights without area gathered by anything. Its shadow rays end at
     /// surfaces without a material, or with a cut-out for them alone; and curves scatter other light for paths from elsewhere.
     pub fn camera_paths_find_all(&self, world: &World) -> bool {
         let mut materials = world.materials.iter();

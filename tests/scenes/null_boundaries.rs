@@ -6,7 +6,7 @@ use fstop::compare::{Options, compare};
 use fstop::film::Image;
 use std::path::{Path, PathBuf};
 
-/// False-alarm rate of one comparison; there are 55.
+/// False-alarm rate of one comparison; there are 57.
 const ALPHA: f64 = 1e-4;
 
 fn scenes() -> PathBuf {
@@ -99,7 +99,7 @@ fn render(depth: u32, world: &str) -> Render {
              Integrator \"volpath\" \"integer maxdepth\" [{depth}]\nWorldBegin\n{world}\nWorldEnd\n"
         ),
         // Independent of each other, as the comparison takes them to be.
-        1 + world.contains(BOUNDARIES) as u32,
+        1 + u32::from(world.contains(BOUNDARIES) || world.contains("ActiveTransform")),
     )
 }
 
@@ -132,6 +132,21 @@ fn boundaries_of_nothing_are_not_seen_whatever_the_light() {
             let bounded = render(depth, &format!("{light}\n{BALL}{BOUNDARIES}"));
             same(&format!("{name}_{depth}"), &free, &bounded);
         }
+    }
+}
+
+/// Nor those that move, each by itself or all in an instance.
+#[test]
+fn nor_if_they_move() {
+    let light = &lights()[0].1;
+    let free = render(2, &format!("{light}\n{BALL}"));
+    let moving = "Translate 0 .7 0 ActiveTransform EndTime Translate 0 .1 0 ActiveTransform All\n";
+    let moving = BOUNDARIES.replace("Translate 0 .7 0\n", moving);
+    assert_ne!(moving, BOUNDARIES);
+    let instance = format!("ObjectBegin \"b\"\n{moving}ObjectEnd ObjectInstance \"b\"\n");
+    for (name, moving) in [("moving", moving), ("moving_instance", instance)] {
+        let bounded = render(2, &format!("{light}\n{BALL}{moving}"));
+        same(name, &free, &bounded);
     }
 }
 

@@ -203,9 +203,9 @@ impl RenderJob {
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
         let noise = noise_of_camera(&seen, share.into(), &worth);
         // What is not a number proves nothing.
-        match noise * cost_of_camera(share) <= least {
-            true => {}
-            false => self.light_share = chosen,
+        let is_better = noise * cost_of_camera(share) <= least;
+        if !is_better {
+            self.light_share = chosen;
         }
     }
 

@@ -64,6 +64,12 @@ fn the_path_tracer_renders_what_it_finds_at_less_cost() {
     // No light path comes to a camera in glass, so that none tells of it; surfaces without a material end shadow rays of `path`.
     assert!(!is_left(&(lamp(1.0) + &ball("glass", "0 0 0"))));
     assert!(!is_left(&(lamp(1.0) + &ball("none", "0 0 5"))));
+    // As those do that move.
+    let moving =
+        "AttributeBegin ActiveTransform EndTime Translate 0.1 0 0 ActiveTransform All ".to_owned();
+    assert!(!is_left(
+        &(lamp(1.0) + &moving + &ball("none", "0 0 5") + "AttributeEnd")
+    ));
     // Curves turn to what meets them, and samples that are cut depend on how they are made.
     let curve = "Shape \"curve\" \"point P\" [0 0 4 1 0 4 1 1 4 2 1 4]";
     assert!(!is_left(&(lamp(1.0) + curve)));
