@@ -5,8 +5,7 @@
 use super::level::StoredMesh;
 use super::primitive::PrimitiveId;
 use super::search::ClosestHit;
-use super::{Geometry, PrimitiveAttributes, Standing};
-use crate::handles::MaterialId;
+use super::{Geometry, PrimitiveAttributes, Standing, Thing};
 #[cfg(test)]
 use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
@@ -33,22 +32,9 @@ impl BareTriangle<'_> {
     pub(crate) fn attributes(&self) -> &PrimitiveAttributes {
         &self.mesh.attributes
     }
-
-    /// The parameters (u, v) of where `ray` meets it, those of its whole [`crate::surface::SurfaceHit`].
-    pub(crate) fn parameters(&self, ray: &Ray) -> Vec2 {
-        let triangle = self.mesh.triangle(self.i);
-        let b = triangle.nearest(ray.o.as_dvec3(), ray.d.as_dvec3());
-        triangle.uv_at(b).as_vec2()
-    }
 }
 
 impl Geometry {
-    /// The triangle that was hit, if it is flat, and nothing but the point is asked.
-    #[inline]
-    pub(crate) fn flat(&self, found: &ClosestHit) -> Option<BareTriangle<'_>> {
-        self.bare_triangle(found).filter(BareTriangle::is_flat)
-    }
-
     /// The triangle that was hit, if nothing but the point and the normals are asked.
     #[inline]
     pub(crate) fn bare_triangle(&self, found: &ClosestHit) -> Option<BareTriangle<'_>> {
@@ -66,9 +52,8 @@ pub(crate) struct BareHits<const N: usize> {
     o: Rows3<N>,
     d: Rows3<N>,
     found: [Option<ClosestHit>; N],
-    /// For layers: materials, shapes, whether the mesh has no (u, v) of its own, and those that there are then.
-    materials: [Option<MaterialId>; N],
-    shapes: [u32; N],
+    /// For layers: what they are of, whether the mesh has no (u, v) of its own, and those that there are then.
+    things: [Thing; N],
     is_plain: [bool; N],
     uv: [[f32; N]; 2],
 }
@@ -80,8 +65,7 @@ impl<const N: usize> Default for BareHits<N> {
             o: Rows3::default(),
             d: Rows3::default(),
             found: [None; N],
-            materials: [None; N],
-            shapes: [0; N],
+            things: [Thing::default(); N],
             is_plain: [false; N],
             uv: [[0.0; N]; 2],
         }
@@ -109,15 +93,16 @@ impl<const N: usize> BareHits<N> {
     /// Notes what layers ask of the triangle at `i`.
     #[inline(always)]
     pub(crate) fn note(&mut self, i: usize, triangle: &BareTriangle) {
-        self.materials[i] = triangle.mesh.attributes.material;
-        self.shapes[i] = triangle.mesh.attributes.shape;
+        let attributes = &triangle.mesh.attributes;
+        // Bare triangles are in no instance.
+        self.things[i] = Thing::new(attributes.material, Standing::Shape(attributes.shape));
         self.is_plain[i] = triangle.mesh.uv.is_empty();
     }
 
-    /// The material and the shape of a triangle that has been [noted](BareHits::note): bare ones are in no instance.
+    /// What a triangle is of that has been [noted](BareHits::note).
     #[inline(always)]
-    pub(crate) fn noted(&self, i: usize) -> (Option<MaterialId>, Standing) {
-        (self.materials[i], Standing::Shape(self.shapes[i]))
+    pub(crate) fn noted(&self, i: usize) -> Thing {
+        self.things[i]
     }
 
     /// The parameters (u, v) of a hit, if they have been [found](BareHits::find_parameters) and the mesh has no others.
@@ -126,7 +111,7 @@ impl<const N: usize> BareHits<N> {
         self.is_plain[i].then(|| Vec2::new(self.uv[0][i], self.uv[1][i]))
     }
 
-    /// Finds the first `count` parameters (u, v), as a mesh has them that does not say: see [`BareTriangle::parameters`].
+    /// Finds the first `count` parameters (u, v), as a mesh has them that does not say: see [`Triangle::parameters`].
     pub(crate) fn find_parameters(&mut self, count: usize) {
         vectorize::<N, _>(Parameters { hits: self, count });
     }

@@ -11,7 +11,7 @@ use crate::math::instruction_set::InstructionSet;
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
-use crate::shapes::local::Local;
+use crate::shapes::local::LocalHit;
 use crate::shapes::triangle::Orientation;
 
 /// Where up to `N` rays meet flat triangles.

@@ -29,6 +29,7 @@ mod resolve;
 mod search;
 mod smooth;
 mod stack;
+mod thing;
 mod tree;
 mod validate;
 mod watertight;
@@ -39,6 +40,7 @@ pub use collect::GeometryBuilder;
 pub(crate) use flat::FlatHits;
 pub use search::ClosestHit;
 pub(crate) use smooth::SmoothHits;
+pub use thing::{Standing, Thing};
 
 use crate::handles::{InterfaceId, LightId, MaterialId};
 use crate::inputs::FloatInput;
@@ -71,15 +73,6 @@ pub struct PrimitiveAttributes {
     pub interface: Option<InterfaceId>,
     /// Its number among the shapes of the scene, or of its object.
     pub shape: u32,
-}
-
-/// What stands in a scene by itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
-    /// A shape, by [`PrimitiveAttributes::shape`].
-    Shape(u32),
-    /// An instance of an object, by its number among all that were added.
-    Instance(u32),
 }
 
 /// The closest hit of a ray.
@@ -180,11 +173,6 @@ impl Geometry {
         self.resolve(ray, found)
     }
 
-    /// What this ray has hit once more, with its (u, v) and the derivatives by them, although nothing else asks for them there.
-    pub fn whole(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
-        self.resolve_whole(ray, found)
-    }
-
     /// What was hit, as the scene has it: an instance, or a shape that is in none.
     pub fn standing(&self, found: &ClosestHit) -> Standing {
         let instance = self.path(found).next();
@@ -192,6 +180,11 @@ impl Geometry {
             Some(Inner::Object { number, .. }) => Standing::Instance(*number),
             Some(Inner::Shape(_)) | None => Standing::Shape(self.attributes(found).shape),
         }
+    }
+
+    /// Returns `true` if what was hit moves.
+    pub fn moves_there(&self, found: &ClosestHit) -> bool {
+        self.path(found).any(Instance::moves)
     }
 
     /// Where the point `p` of what was hit at `time`, both in render space, is at other times; `None` if it does not move.

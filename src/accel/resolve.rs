@@ -6,9 +6,9 @@ use super::primitive::{OtherKind, PrimitiveId};
 use super::search::ClosestHit;
 use super::{Geometry, GeometryHit, PrimitiveAttributes};
 use crate::handles::LightId;
-use crate::math::DVec3;
 use crate::math::ray::Ray;
-use crate::shapes::local::{Local, LocalPoint, LocalSurface, TriangleSource};
+use crate::math::{DVec3, Vec2};
+use crate::shapes::local::{Local, LocalHit, LocalPoint, LocalSurface, Parameters, TriangleSource};
 use crate::shapes::triangle::Triangle;
 
 /// A surface, its attributes and its light.
@@ -34,7 +34,8 @@ impl Geometry {
     }
 
     /// As [`Geometry::resolve`], with all that is known of the surface.
-    pub(super) fn resolve_whole(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+    #[cfg(test)]
+    pub(crate) fn whole(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
         self.resolve_as::<LocalSurface>(ray, found)
     }
 
@@ -47,7 +48,14 @@ impl Geometry {
         level.attributes(found.id)
     }
 
-    fn resolve_as<L: Local>(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+    /// The parameters (u, v) of what a search found, whether or not anything asks for them.
+    pub fn parameters(&self, ray: &Ray, found: &ClosestHit) -> Vec2 {
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let resolved = self.resolve_along::<Parameters>(&self.top, o, d, found, ray.time);
+        resolved.map_or(Vec2::ZERO, |(Parameters(uv), ..)| uv)
+    }
+
+    fn resolve_as<L: LocalHit>(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         let resolved = self.resolve_along::<L>(&self.top, o, d, found, ray.time)?;
         Some(hit(&resolved, ray, found))
@@ -86,7 +94,7 @@ impl Geometry {
 
 /// The hit of `ray` on a resolved surface.
 #[inline(always)]
-fn hit<L: Local>(resolved: &Resolved<L>, ray: &Ray, found: &ClosestHit) -> GeometryHit {
+fn hit<L: LocalHit>(resolved: &Resolved<L>, ray: &Ray, found: &ClosestHit) -> GeometryHit {
     let &(ref local, attributes, light) = resolved;
     GeometryHit {
         surface: local.hit(ray),

@@ -132,18 +132,12 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         return None;
     };
     let shutter = *camera.shutter();
-    let motion_times = { frame.options.film.layers }.contains(Layer::Motion);
-    let motion_times = motion_times.then(|| motion::times(&frame, &shutter));
+    let shows_motion = { frame.options.film.layers }.contains(Layer::Motion);
+    let motion_times = shows_motion.then(|| motion::times(&frame, &shutter));
     let (mut options, mut materials) = (frame.options, frame.materials);
     materials::prepare(&mut materials, &assets.bsdf_files);
-    // Ray differentials need them as well, where they are reflected or refracted.
-    let follows = options.integrator.spec.follows_differentials()
-        && (assets.textures.needs_footprint() || materials.iter().any(Material::needs_footprint));
-    let bare = materials.iter().map(|material| {
-        !(material.needs_parameters(&materials) || follows && material.is_smooth(&materials))
-    });
     let shapes = Shapes {
-        bare: bare.collect(),
+        bare: bare(&options, &assets.textures, &materials),
         placed: frame.shapes,
         objects: frame.objects,
         instances: frame.instances,
@@ -170,6 +164,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
     let sampler = Sampler::new(&options.sampler, seed);
     let metadata = metadata(&options, &camera, &assets.film);
     let description = camera.describe(&assets.film);
+    let moves = world.moves() || camera.moves();
     let mut job = RenderJob {
         integrator: Integrator::new(&options.integrator.spec, &world),
         world,
@@ -180,7 +175,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         sampled: sampled_bounds(bounds, options.integrator.pixel_bounds),
         film: options.film,
         mattes: Mattes::default(),
-        motion_times,
+        motion_times: motion_times.filter(|_| moves),
         world_from_render: place.inverted().point(DVec3::ZERO),
         light_share: LightShare(1.0),
         ghosts: None,
@@ -191,6 +186,17 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         metadata,
         description,
     })
+}
+
+/// Of each material, whether nothing but the point is asked of its surfaces: no (u, v), and no derivatives.
+fn bare(options: &Options, textures: &Textures, materials: &[Material]) -> Vec<bool> {
+    // Ray differentials need them as well, where they are reflected or refracted.
+    let follows = options.integrator.spec.follows_differentials()
+        && (textures.needs_footprint() || materials.iter().any(Material::needs_footprint));
+    let bare = materials.iter().map(|material| {
+        !(material.needs_parameters(materials) || follows && material.is_smooth(materials))
+    });
+    bare.collect()
 }
 
 /// Returns `true` if layers of light are those of groups.

@@ -289,19 +289,7 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
     let shards = args.shard.range()?;
-    if shards.is_some() {
-        let [half, exposure] = args.encoding.given();
-        shard::warn(&[("--png", args.png.is_some()), half, exposure]);
-    } else if args.variance && !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
-        messages::warning("--variance has no effect: only .exr files keep variances");
-    }
-    if shards.is_none()
-        && args.aov.is_some()
-        && !args.quiet
-        && !outputs.iter().any(Outputs::keep_variances)
-    {
-        messages::warning("--aov has no effect: only .exr files keep layers");
-    }
+    warn_of_no_effect(args, &outputs, shards.is_some());
     let listening = Once::new();
     let frames = outputs.len();
     for ((frame, one), number) in { scene.into_frames() }.into_iter().zip(&outputs).zip(1..) {
@@ -330,6 +318,21 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
         flaws.unwritten = flaws.unwritten.into_iter().chain(of_frame.unwritten).min();
     }
     Ok(flaws)
+}
+
+/// Warns of options that these files, or shards, have no place for.
+fn warn_of_no_effect(args: &RenderArgs, outputs: &[Outputs], in_shards: bool) {
+    if in_shards {
+        let [half, exposure] = args.encoding.given();
+        shard::warn(&[("--png", args.png.is_some()), half, exposure]);
+    } else if !args.quiet && !outputs.iter().any(Outputs::keep_variances) {
+        if args.variance {
+            messages::warning("--variance has no effect: only .exr files keep variances");
+        }
+        if args.aov.is_some() {
+            messages::warning("--aov has no effect: only .exr files keep layers");
+        }
+    }
 }
 
 /// Warns of a request for more threads than are started.

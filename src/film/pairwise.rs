@@ -57,6 +57,13 @@ impl<T: Join> Pairwise<T> {
         &self.nodes
     }
 
+    /// Adds the whole tree, which lacks nodes on its right, to `rest`, which follows the sequence: for sums, whose addends may change places. Starts
+    /// anew.
+    pub(crate) fn take_into(&mut self, rest: &mut T) {
+        self.count = 0;
+        self.nodes.drain(..).rev().for_each(|left| rest.join(&left));
+    }
+
     /// The whole tree, which lacks nodes on its right; `rest` follows the sequence. Starts anew.
     pub(crate) fn take(&mut self, rest: Option<T>) -> Option<T> {
         self.count = 0;

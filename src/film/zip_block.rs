@@ -14,7 +14,7 @@ use std::io::{self, Write};
 /// # Errors
 /// None, as long as there is memory.
 pub(super) fn compress(plain: Vec<u8>) -> io::Result<Vec<u8>> {
-    let packed = differences(&halves(&plain));
+    let packed = packed(&plain);
     let mut encoder = ZlibEncoder::new(Vec::with_capacity(plain.len() / 2), Compression::fast());
     encoder.write_all(&packed)?;
     let zipped = encoder.finish()?;
@@ -24,23 +24,26 @@ pub(super) fn compress(plain: Vec<u8>) -> io::Result<Vec<u8>> {
     })
 }
 
-/// The bytes of even places, then those of odd places.
-fn halves(plain: &[u8]) -> Vec<u8> {
+/// The bytes of even places, then those of odd places; each but the first less the one before it, plus 128.
+fn packed(plain: &[u8]) -> Vec<u8> {
     let (pairs, rest) = plain.as_chunks::<2>();
-    let mut halves = Vec::with_capacity(plain.len());
-    halves.extend(pairs.iter().map(|pair| pair[0]));
-    halves.extend(rest);
-    halves.extend(pairs.iter().map(|pair| pair[1]));
-    halves
-}
-
-/// Each byte less the one before it, plus 128.
-fn differences(bytes: &[u8]) -> Vec<u8> {
-    let mut differences = Vec::with_capacity(bytes.len());
-    differences.extend(bytes.first());
-    let pairs = bytes.iter().zip(bytes.iter().skip(1));
-    differences.extend(pairs.map(|(before, byte)| byte.wrapping_sub(*before).wrapping_add(128)));
-    differences
+    let Some((first, others)) = pairs.split_first() else {
+        return plain.to_vec();
+    };
+    let difference = |before: u8, byte: u8| byte.wrapping_sub(before).wrapping_add(128);
+    let mut packed = Vec::with_capacity(plain.len());
+    packed.push(first[0]);
+    packed
+        .extend({ pairs.iter().zip(others) }.map(|(before, pair)| difference(before[0], pair[0])));
+    let mut last = others.last().unwrap_or(first)[0];
+    for &byte in rest {
+        packed.push(difference(last, byte));
+        last = byte;
+    }
+    packed.push(difference(last, first[1]));
+    packed
+        .extend({ pairs.iter().zip(others) }.map(|(before, pair)| difference(before[1], pair[1])));
+    packed
 }
 
 #[cfg(test)]
@@ -50,9 +53,12 @@ mod tests {
 
     #[test]
     fn bytes_are_parted_and_predicted() {
-        assert_eq!(halves(&[1, 2, 3, 4, 5]), [1, 3, 5, 2, 4]);
-        assert_eq!(differences(&[7, 9, 4, 255, 0]), [7, 130, 123, 123, 129]);
-        assert!(differences(&[]).is_empty());
+        assert_eq!(packed(&[7, 9, 4, 255]), [7, 125, 133, 118]);
+        // 1, 3, 5, 2, 4.
+        assert_eq!(packed(&[1, 2, 3, 4, 5]), [1, 130, 130, 125, 130]);
+        assert_eq!(packed(&[7, 0]), [7, 121]);
+        assert_eq!(packed(&[7]), [7]);
+        assert!(packed(&[]).is_empty());
     }
 
     #[test]
@@ -63,7 +69,7 @@ mod tests {
         let mut again = Vec::new();
         let mut decoder = flate2::read::ZlibDecoder::new(zipped.as_slice());
         decoder.read_to_end(&mut again).unwrap();
-        assert_eq!(again, differences(&halves(&line)));
+        assert_eq!(again, packed(&line));
         assert_eq!(compress(vec![3, 1, 2]).unwrap(), [3, 1, 2]);
     }
 }

@@ -100,7 +100,9 @@ impl Context<'_> {
     /// Reports a vertex after `depth` scattering events, with the `radiance` collected before it.
     #[inline(always)]
     pub(super) fn arrive(&mut self, depth: u32, met: Met, radiance: Rgb) {
-        if let Some(watch) = &mut self.watch {
+        if let Some(watch) = &mut self.watch
+            && watch.reports()
+        {
             watch.arrive(Place { depth, met }, radiance);
         }
     }

@@ -2,15 +2,14 @@
 //!
 //! Perfect mirrors and smooth glass are followed, as denoisers want it (Intel Open Image Denoise, documentation of its
 //! auxiliary images): each ray takes one of the ways that the surface offers, with its probability, so that a pixel blends
-//! what is reflected with what is seen through. `path` and `volpath` note what their paths meet, `directlighting` and `whitted` a first surface
-//! that is not specular; where these are of no use (they have scattered in a medium, or ended too early, or gone all ways), and for other integrators, a
-//! ray is traced for the layers alone, with the path's first sample points on a copy of the stream. So no color depends on whether layers are wanted.
+//! what is reflected with what is seen through. `path`, `volpath`, `directlighting` and `whitted` note what their paths meet; where these go another
+//! way (they scatter in a medium, or go all ways), it is followed from there. Where they have ended too early, and for other integrators, a ray is
+//! traced for the layers alone. Whatever that draws is drawn from a copy of the path's stream, so that no color depends on whether layers are wanted.
 
 use super::MAX_NULL_SURFACES;
-use crate::accel::{ClosestHit, GeometryHit, Standing};
+use crate::accel::{ClosestHit, GeometryHit, Thing};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::film::SurfaceSample;
-use crate::handles::MaterialId;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::samplers::SampleStream;
@@ -26,23 +25,10 @@ pub struct FirstSurfaces {
     /// perfectly specular: the estimate of the share of light from everywhere that it sends back, times what those before it let
     /// through, and its shading normal, turned to where the ray came from. Both are 0 if there is none.
     pub surface: SurfaceSample,
-    /// The material of the first surface.
-    pub material: Option<MaterialId>,
-    /// The shape or instance that it is of, if that is known already.
-    pub standing: Option<Standing>,
-    /// How it was met, where that may be asked for more; `None` for a shape that does not move, all of which is known.
-    pub meeting: Option<Meeting>,
-}
-
-/// How a camera ray has met a surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Meeting {
-    /// The camera's ray, or what is left of that beyond surfaces without material.
-    pub ray: Ray,
-    /// What it has met.
-    pub found: ClosestHit,
-    /// Nothing else asks for the surface's parameters, which are not known.
-    pub lacks_uv: bool,
+    /// What the first surface is of.
+    pub thing: Thing,
+    /// What has been found there, if it moves.
+    pub moving: Option<ClosestHit>,
 }
 
 /// Looks at a path from the camera, up to its first surface that is not perfectly specular.
@@ -65,8 +51,6 @@ enum State {
     AtLast,
     /// All is known.
     Done,
-    /// The path has gone another way than light that is seen.
-    Lost,
 }
 
 impl Default for Sight {
@@ -83,12 +67,17 @@ impl Default for Sight {
 }
 
 impl Sight {
-    /// Meets a surface with a material; `has_interior`: there is a medium inside, into which no sight goes.
-    pub(super) fn meet(&mut self, ray: &Ray, hit: &GeometryHit, bsdf: &Bsdf, has_interior: bool) {
+    /// Meets a surface of `world` with a material; `has_interior`: there is a medium inside, into which no sight goes.
+    pub(super) fn meet(
+        &mut self,
+        world: &World,
+        (ray, hit): (&Ray, &GeometryHit),
+        (bsdf, has_interior): (&Bsdf, bool),
+    ) {
         if !self.is_looking() {
             return;
         }
-        self.find(ray, hit);
+        self.find(world, ray, hit);
         if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
             return;
         }
@@ -100,29 +89,50 @@ impl Sight {
         }
     }
 
-    /// Meets a first surface, beyond which all ways are gone and not one: a specular one is no use. `stream` has the path's first numbers.
+    /// Follows the ray, which has met this, where the path does not: it has scattered in a medium before, and media are not seen.
+    pub(super) fn follow(
+        &mut self,
+        world: &World,
+        (ray, hit): (&Ray, Option<&GeometryHit>),
+        differentials: Option<&RayDifferentials>,
+        stream: SampleStream,
+    ) {
+        if self.is_looking() {
+            let mut follower = Follower {
+                sight: self,
+                world,
+                stream,
+                null_surfaces: 0,
+            };
+            let next = follower.step(ray, hit, differentials);
+            follower.trace(next);
+        }
+    }
+
+    /// Meets a surface and follows one way from there: the path goes all of them.
     pub(super) fn meet_alone(
         &mut self,
-        ray: &Ray,
-        hit: &GeometryHit,
-        (bsdf, has_interior): (&Bsdf, bool),
-        mut stream: SampleStream,
+        world: &World,
+        met: (&Ray, &GeometryHit),
+        scattering: (&Bsdf, bool),
+        stream: SampleStream,
     ) {
-        self.meet(ray, hit, bsdf, has_interior);
-        match self.state {
-            State::Looking => self.state = State::Lost,
-            State::AtLast => {
-                let sample = sampled(bsdf, hit.surface.wo, &mut stream);
-                self.scatter(bsdf, sample.as_ref());
-            }
-            State::Done | State::Lost => {}
+        if self.is_looking() {
+            let mut follower = Follower {
+                sight: self,
+                world,
+                stream,
+                null_surfaces: 0,
+            };
+            let next = follower.scatter(met, scattering);
+            follower.trace(next);
         }
     }
 
     /// Meets a surface that is coated alike everywhere, which [scatters](Sight::pass_on).
-    pub(super) fn meet_coated(&mut self, ray: &Ray, hit: &GeometryHit) {
+    pub(super) fn meet_coated(&mut self, world: &World, ray: &Ray, hit: &GeometryHit) {
         if self.is_looking() {
-            self.find(ray, hit);
+            self.find(world, ray, hit);
             let normal = turned(hit.surface.shading.n, hit.surface.wo);
             self.first.surface.set_normal(normal);
             self.state = State::AtLast;
@@ -134,15 +144,15 @@ impl Sight {
     #[inline(always)]
     pub(super) fn meet_bare(
         &mut self,
-        (material, standing): (Option<MaterialId>, Standing),
+        thing: Thing,
         (p, normal, uv): (Vec3, Vec3, Vec2),
         reflectance: Option<Rgb>,
     ) {
         let first = &mut self.first;
         if self.is_empty {
             self.is_empty = false;
-            (first.material, first.standing) = (material, Some(standing));
-            first.meeting = None;
+            first.thing = thing;
+            first.moving = None;
             first.surface.set_p(p);
             first.surface.set_uv(uv);
         }
@@ -167,33 +177,31 @@ impl Sight {
         self.state == State::Looking
     }
 
-    /// All is known, or nothing will be.
+    /// All is known.
     #[inline(always)]
     pub(super) fn is_done(&self) -> bool {
-        matches!(self.state, State::Done | State::Lost)
+        self.state == State::Done
     }
 
     /// Notes the first surface, which may be this one.
-    fn find(&mut self, ray: &Ray, hit: &GeometryHit) {
+    fn find(&mut self, world: &World, ray: &Ray, hit: &GeometryHit) {
         if !self.is_empty {
             return;
         }
-        let point = &hit.surface;
-        let mut surface = SurfaceSample::default();
-        surface.set_p(point.p);
-        surface.set_uv(point.uv);
-        let meeting = Meeting {
-            ray: *ray,
-            found: hit.found,
-            lacks_uv: point.dpdu == Vec3::ZERO,
-        };
         self.is_empty = false;
-        self.first = FirstSurfaces {
-            surface,
-            material: hit.material,
-            standing: None,
-            meeting: Some(meeting),
-        };
+        let (point, found, first) = (&hit.surface, &hit.found, &mut self.first);
+        // Without what the last path has left.
+        first.surface = SurfaceSample::default();
+        first.surface.set_p(point.p);
+        // Where nothing else asks for them, they are not known.
+        let lacks_uv = self.wants_uv && point.dpdu == Vec3::ZERO;
+        first.surface.set_uv(match lacks_uv {
+            true => world.surface_parameters(ray, found),
+            false => point.uv,
+        });
+        first.thing = Thing::new(hit.material, world.geometry.standing(found));
+        let moves = world.moves() && world.geometry.moves_there(found);
+        first.moving = moves.then_some(*found);
     }
 
     /// Looks no further.
@@ -226,13 +234,6 @@ impl Sight {
     pub(super) fn escape(&mut self) {
         if self.state == State::Looking {
             self.state = State::Done;
-        }
-    }
-
-    /// The path scatters in a medium.
-    pub(super) fn lose(&mut self) {
-        if self.state == State::Looking {
-            self.state = State::Lost;
         }
     }
 
@@ -278,38 +279,73 @@ fn sampled(bsdf: &Bsdf, wo: Vec3, stream: &mut SampleStream) -> Option<BsdfSampl
     bsdf.sample(wo, third, stream.next_2d())
 }
 
+/// Follows rays for layers alone.
+struct Follower<'a> {
+    sight: &'a mut Sight,
+    world: &'a World,
+    stream: SampleStream,
+    null_surfaces: u32,
+}
+
+impl Follower<'_> {
+    /// Traces a ray, and what continues it.
+    fn trace(&mut self, mut next: Option<Ray>) {
+        while let Some(ray) = next {
+            let hit = self.world.intersect(&ray);
+            next = self.step(&ray, hit.as_ref(), None);
+        }
+    }
+
+    /// What continues a ray that has met this, if there is more to see.
+    fn step(
+        &mut self,
+        ray: &Ray,
+        hit: Option<&GeometryHit>,
+        differentials: Option<&RayDifferentials>,
+    ) -> Option<Ray> {
+        let is_caught = self.null_surfaces > MAX_NULL_SURFACES;
+        let Some(hit) = hit.filter(|_| !is_caught) else {
+            self.sight.escape();
+            return None;
+        };
+        let Some(material) = self.world.material(hit.material) else {
+            self.null_surfaces += 1;
+            return Some(hit.surface.spawn_ray(ray.d));
+        };
+        let mut bsdf = Bsdf::empty();
+        let surface = &hit.surface;
+        { self.world }.fill_bsdf(material, surface, differentials, &mut bsdf);
+        self.scatter((ray, hit), (&bsdf, material.has_interior()))
+    }
+
+    fn scatter(
+        &mut self,
+        met: (&Ray, &GeometryHit),
+        (bsdf, has_interior): (&Bsdf, bool),
+    ) -> Option<Ray> {
+        self.sight.meet(self.world, met, (bsdf, has_interior));
+        if self.sight.is_done() {
+            return None;
+        }
+        let surface = &met.1.surface;
+        let sample = sampled(bsdf, surface.wo, &mut self.stream);
+        self.sight.scatter(bsdf, sample.as_ref());
+        let next = sample.filter(|_| self.sight.is_looking())?;
+        Some(surface.spawn_ray(next.wi))
+    }
+}
+
 /// Traces a camera ray. `None` if it meets no surface with a material. Participating media are not seen.
 pub fn first_surfaces(
     world: &World,
     ray: &Ray,
-    mut differentials: Option<&RayDifferentials>,
-    mut stream: SampleStream,
+    differentials: Option<&RayDifferentials>,
+    stream: SampleStream,
+    wants_uv: bool,
 ) -> Option<FirstSurfaces> {
-    let (mut ray, mut sight, mut null) = (*ray, Sight::default(), 0);
-    while sight.state == State::Looking {
-        let Some(hit) = world.intersect(&ray) else {
-            break;
-        };
-        let surface = &hit.surface;
-        let Some(material) = world.material(hit.material) else {
-            null += 1;
-            if null > MAX_NULL_SURFACES {
-                break;
-            }
-            (ray, differentials) = (surface.spawn_ray(ray.d), None);
-            continue;
-        };
-        let mut bsdf = Bsdf::empty();
-        world.fill_bsdf(material, surface, differentials.take(), &mut bsdf);
-        sight.meet(&ray, &hit, &bsdf, material.has_interior());
-        if sight.state == State::Done {
-            break;
-        }
-        let sample = sampled(&bsdf, surface.wo, &mut stream);
-        sight.scatter(&bsdf, sample.as_ref());
-        if let Some(sample) = sample {
-            ray = surface.spawn_ray(sample.wi);
-        }
-    }
+    let mut sight = Sight::default();
+    sight.wants_uv = wants_uv;
+    let hit = world.intersect(ray);
+    sight.follow(world, (ray, hit.as_ref()), differentials, stream);
     sight.seen().copied()
 }

@@ -47,7 +47,7 @@ pub use bdpt::{Bdpt, Shown};
 pub use context::{CameraEnd, CameraPath, LightJob, Splat, WAVE, Workspace};
 pub use counts::Counts;
 pub use directlighting::DirectLighting;
-pub use first_surfaces::{FirstSurfaces, Meeting, Sight, first_surfaces};
+pub use first_surfaces::{FirstSurfaces, Sight, first_surfaces};
 pub use ghost_light::GhostLight;
 pub use kinds::{IntegratorSpec, NAMES};
 pub use parts::LightParts;

@@ -23,6 +23,27 @@ struct Branch {
     nulls: u32,
 }
 
+/// Those that are still to be followed.
+struct Branches {
+    next: Option<Branch>,
+    pending: arrayvec::ArrayVec<Branch, 64>,
+}
+
+impl Branches {
+    fn add(&mut self, branch: Branch) {
+        if self.next.is_none() {
+            self.next = Some(branch);
+        } else if !self.pending.is_full() {
+            // Only absurd depths would fill 64 pending branches, and Russian roulette prunes those long before.
+            self.pending.push(branch);
+        }
+    }
+
+    fn take(&mut self) -> Option<Branch> {
+        self.next.take().or_else(|| self.pending.pop())
+    }
+}
+
 /// Sums emission and `direct_light`, which is called at hits with lobes that are not perfectly specular, over the
 /// specular tree, down to `max_depth` levels (the camera ray's hit is the first).
 pub(super) fn trace(
@@ -33,39 +54,26 @@ pub(super) fn trace(
     let world = context.world;
     let numbers = context.watch.as_ref().map(|_| *context.stream);
     let mut radiance = Rgb::ZERO;
-    let mut pending = arrayvec::ArrayVec::<Branch, 64>::new();
-    let mut next = Some(Branch {
-        ray: context.ray,
-        differentials: context.differentials.copied(),
-        throughput: Rgb::ONE,
-        level: 0,
-        nulls: 0,
-    });
-    while let Some(branch) = next.take().or_else(|| pending.pop()) {
+    let mut branches = Branches {
+        next: Some(Branch {
+            ray: context.ray,
+            differentials: context.differentials.copied(),
+            throughput: Rgb::ONE,
+            level: 0,
+            nulls: 0,
+        }),
+        pending: Default::default(),
+    };
+    while let Some(branch) = branches.take() {
         let depth = branch.level;
         let Some(hit) = world.intersect(&branch.ray) else {
             context.arrive(depth, Met::Background, radiance);
-            if depth == 0 {
-                context.look(Sight::escape);
-            }
-            radiance += branch.throughput * world.escaped_radiance(&branch.ray);
-            context.scale_parts(branch.throughput);
-            let d = branch.ray.d;
-            context.parts_at_infinity(|context, id| context.world.light(id).escaped(d));
+            radiance += escape(&mut context, &branch);
             continue;
         };
         context.arrive(depth, Met::Surface(hit.material), radiance);
         let Some(material) = world.material(hit.material) else {
-            if branch.nulls < MAX_NULL_SURFACES {
-                let ray = hit.surface.spawn_ray(branch.ray.d);
-                next = Some(Branch {
-                    ray,
-                    // As in pbrt-v3 (docs/scene-language.md §4.3).
-                    differentials: None,
-                    nulls: branch.nulls + 1,
-                    ..branch
-                });
-            }
+            branches.next = beyond(branch, &hit);
             continue;
         };
         let mut bsdf = Bsdf::empty();
@@ -73,7 +81,8 @@ pub(super) fn trace(
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
         if let (0, Some(numbers)) = (depth, numbers) {
             let scattering = (&bsdf, material.has_interior());
-            context.look(|sight| sight.meet_alone(&branch.ray, &hit, scattering, numbers));
+            let met = (&branch.ray, &hit);
+            context.look(|sight| sight.meet_alone(world, met, scattering, numbers));
         }
         context.scale_parts(branch.throughput);
         let direct = match bsdf.has_non_specular() {
@@ -88,16 +97,32 @@ pub(super) fn trace(
         }
         for transmit in [false, true] {
             let child = scatter(&hit, &bsdf, &branch, transmit, context.stream);
-            let Some(child) = child else { continue };
-            if next.is_none() {
-                next = Some(child);
-            } else if !pending.is_full() {
-                // Only absurd depths would fill 64 pending branches, and Russian roulette prunes those long before.
-                pending.push(child);
-            }
+            child.into_iter().for_each(|child| branches.add(child));
         }
     }
     radiance
+}
+
+/// What a ray brings that meets nothing.
+fn escape(context: &mut Context, branch: &Branch) -> Rgb {
+    if branch.level == 0 {
+        context.look(Sight::escape);
+    }
+    context.scale_parts(branch.throughput);
+    let d = branch.ray.d;
+    context.parts_at_infinity(|context, id| context.world.light(id).escaped(d));
+    branch.throughput * context.world.escaped_radiance(&branch.ray)
+}
+
+/// The ray through a surface without material, if there have not been too many.
+fn beyond(branch: Branch, hit: &GeometryHit) -> Option<Branch> {
+    (branch.nulls < MAX_NULL_SURFACES).then(|| Branch {
+        ray: hit.surface.spawn_ray(branch.ray.d),
+        // As in pbrt-v3 (docs/scene-language.md §4.3).
+        differentials: None,
+        nulls: branch.nulls + 1,
+        ..branch
+    })
 }
 
 /// The specular ray that leaves a hit on one side, if there is one and it survives Russian roulette.

@@ -1,12 +1,11 @@
 //! What a camera sample tells the image's layers.
 
 use super::{OfAll, PendingSample, RenderJob};
-use crate::accel::Standing;
+use crate::accel::Thing;
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
 use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
-use crate::handles::MaterialId;
 use crate::integrators::witness::Watch;
-use crate::integrators::{FirstSurfaces, LightParts, Meeting, Sight, first_surfaces};
+use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
 use crate::math::instruction_set::{Instructions, Kernel};
 use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3};
 use crate::samplers::{SampleStream, Sampler};
@@ -29,12 +28,11 @@ impl Shown<'_> {
     pub(super) fn new(job: &RenderJob) -> Shown<'_> {
         let layers = job.film.layers;
         let has_depths = layers.contains(Layer::Depth) || layers.contains(Layer::Coc);
-        let moves = job.world.moves() || job.camera.moves();
         Shown {
             surfaces: layers.with_lights(0) != LayerSet::NONE.with(Layer::Lights),
             origin: job.world_from_render.extend(0.0).to_array(),
             depths: has_depths.then(|| job.camera.depths()),
-            motion: job.motion_times.filter(|_| moves),
+            motion: job.motion_times,
         }
     }
 }
@@ -150,7 +148,9 @@ fn traced(
     stream: SampleStream,
 ) -> Option<FirstSurfaces> {
     let differentials = camera_ray.scaled_differentials(all.spacing);
-    first_surfaces(&job.world, &camera_ray.ray, differentials.as_ref(), stream)
+    let wants_uv = job.film.layers.contains(Layer::Uv);
+    let ray = &camera_ray.ray;
+    first_surfaces(&job.world, ray, differentials.as_ref(), stream, wants_uv)
 }
 
 /// What surfaces tell at this time.
@@ -162,12 +162,12 @@ fn add_found(
     lights: &[Rgb],
     (last, tile): (&mut LastMattes, &mut Tile),
 ) {
-    let whole;
-    let found = match &found.meeting {
-        None if found.surface.is_finite() => found,
-        _ => {
-            whole = completed(job, found);
-            &whole
+    let mended;
+    let found = match found.surface.is_finite() {
+        true => found,
+        false => {
+            mended = without_albedo(found);
+            &mended
         }
     };
     // Not by `map`, whose function is not always inlined.
@@ -176,7 +176,7 @@ fn add_found(
         None => DepthAndBlur::default(),
     };
     let motion = match all.shown.motion {
-        Some(times) => motion(job, found, times),
+        Some(times) => motion(job, time, found, times),
         None => DVec2::ZERO,
     };
     let sample = LayerSample {
@@ -185,7 +185,7 @@ fn add_found(
         depth: at.depth,
         coc: at.coc,
         motion,
-        mattes: last.of(job, found),
+        mattes: last.of(job, found.thing),
     };
     tile.add_layers(pixel, weight, Some(Some(&sample)), lights);
 }
@@ -193,49 +193,35 @@ fn add_found(
 /// The mattes of the sample before, which mostly are those of the next one.
 #[derive(Default)]
 struct LastMattes {
-    of: (Option<MaterialId>, Option<Standing>),
+    of: Option<Thing>,
     mattes: [MatteId; 2],
 }
 
 impl LastMattes {
     #[inline(always)]
-    fn of(&mut self, job: &RenderJob, found: &FirstSurfaces) -> [MatteId; 2] {
-        let of = (found.material, found.standing);
-        if of != self.of {
-            (self.of, self.mattes) = (of, job.mattes.of(of.0, of.1));
+    fn of(&mut self, job: &RenderJob, thing: Thing) -> [MatteId; 2] {
+        if Some(thing) != self.of {
+            (self.of, self.mattes) = (Some(thing), job.mattes.of(thing));
         }
         self.mattes
     }
 }
 
-/// With all that layers ask for, and albedo and normal black if they are not numbers: one sample would spoil its pixel.
-#[inline(never)]
-fn completed(job: &RenderJob, found: &FirstSurfaces) -> FirstSurfaces {
-    let (mut whole, wanted) = (*found, job.film.layers);
-    if let Some(meeting) = &found.meeting {
-        if meeting.lacks_uv && wanted.contains(Layer::Uv) {
-            let uv = job.world.surface_parameters(&meeting.ray, &meeting.found);
-            whole.surface.set_uv(uv);
-        }
-        if wanted.contains(Layer::Instance) {
-            whole.standing = Some(job.world.geometry.standing(&meeting.found));
-        }
-    }
-    if !found.surface.is_finite() {
-        whole.surface.set_albedo(Rgb::ZERO);
-        whole.surface.set_normal(Vec3::ZERO);
-    }
-    whole
+/// With albedo and normal black, which are not numbers: one sample would spoil its pixel.
+#[cold]
+fn without_albedo(found: &FirstSurfaces) -> FirstSurfaces {
+    let mut mended = *found;
+    mended.surface.set_albedo(Rgb::ZERO);
+    mended.surface.set_normal(Vec3::ZERO);
+    mended
 }
 
-/// See [`Layer::Motion`]; none where the camera does not see both ends of the way.
+/// See [`Layer::Motion`], of what is met at this time; none where the camera does not see both ends of the way.
 #[inline(never)]
-fn motion(job: &RenderJob, found: &FirstSurfaces, times: [f32; 2]) -> DVec2 {
+fn motion(job: &RenderJob, time: f32, found: &FirstSurfaces, times: [f32; 2]) -> DVec2 {
     let p = found.surface.p().as_dvec3();
-    let moved = found.meeting.and_then(|Meeting { ray, found, .. }| {
-        let geometry = &job.world.geometry;
-        geometry.moved(&found, p, ray.time, times)
-    });
+    let geometry = &job.world.geometry;
+    let moved = { found.moving }.and_then(|found| geometry.moved(&found, p, time, times));
     if moved.is_none() && !job.camera.moves() {
         return DVec2::ZERO;
     }

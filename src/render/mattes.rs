@@ -1,8 +1,7 @@
 //! The numbers by which Cryptomattes know what a ray meets.
 
-use crate::accel::Standing;
+use crate::accel::{Standing, Thing};
 use crate::film::MatteId;
-use crate::handles::MaterialId;
 
 /// By material, shape and instance; empty where no matte is wanted.
 #[derive(Clone, Debug, Default)]
@@ -24,17 +23,12 @@ impl Mattes {
     }
 
     /// Those of [`crate::film::Layer::MATTES`].
-    #[inline(never)]
-    pub(super) fn of(
-        &self,
-        material: Option<MaterialId>,
-        standing: Option<Standing>,
-    ) -> [MatteId; 2] {
-        let material = material.and_then(|id| self.materials.get(id.index()));
-        let standing = standing.and_then(|standing| match standing {
+    pub(super) fn of(&self, thing: Thing) -> [MatteId; 2] {
+        let material = { thing.material() }.and_then(|id| self.materials.get(id.index()));
+        let standing = match thing.standing() {
             Standing::Shape(number) => self.shapes.get(number as usize),
             Standing::Instance(number) => self.instances.get(number as usize),
-        });
+        };
         [material, standing].map(|number| number.copied().unwrap_or_default())
     }
 }

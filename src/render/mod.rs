@@ -71,7 +71,7 @@ pub struct RenderJob {
     pub film: FilmSpec,
     /// What Cryptomattes know things by.
     pub mattes: Mattes,
-    /// When the layer `motion` begins and ends, if it is wanted.
+    /// When the layer `motion` begins and ends, if it is wanted and anything moves.
     pub motion_times: Option<[f32; 2]>,
     /// What takes points of render space to world space: they are added to it.
     pub world_from_render: DVec3,
@@ -238,15 +238,9 @@ fn sample_tile(
         }
         let shown = (job, &all);
         if let Some(watch) = watch.as_deref_mut() {
-            for ((mut waiting, sample), ray) in waiting.drain(..).zip(&samples).zip(&*rays) {
-                let ray = ray.as_ref();
-                let own = (&mut *workspace, &mut *watch);
-                let radiance = waiting.trace(shown, sample, ray, own, has_layers);
-                if has_layers {
-                    layers::add(shown, &waiting, (ray, radiance), (sampler, watch), tile);
-                }
-                waiting.finish(ray, radiance, tile);
-            }
+            let camera = (samples.as_slice(), &*rays);
+            let own = (&mut *workspace, watch);
+            one_by_one(shown, sampler, &mut waiting, camera, own, tile);
         } else {
             if has_layers {
                 looks.resize_with(WAVE, Watch::default);
@@ -273,9 +267,30 @@ fn sample_tile(
                 radiances,
                 tile: &mut *tile,
             });
-            waiting.clear();
         }
+        waiting.clear();
         samples.clear();
+    }
+}
+
+/// Traces each path by itself while this looks at it.
+fn one_by_one(
+    shown: (&RenderJob, &OfAll),
+    sampler: &Sampler,
+    waiting: &mut [PendingSample],
+    (samples, rays): (&[CameraSample], &[Option<CameraRay>]),
+    (workspace, watch): (&mut Workspace, &mut Watch),
+    tile: &mut Tile,
+) {
+    let has_layers = tile.has_layers();
+    for ((waiting, sample), ray) in waiting.iter_mut().zip(samples).zip(rays) {
+        let ray = ray.as_ref();
+        let own = (&mut *workspace, &mut *watch);
+        let radiance = waiting.trace(shown, sample, ray, own, has_layers);
+        if has_layers {
+            layers::add(shown, waiting, (ray, radiance), (sampler, watch), tile);
+        }
+        waiting.finish(ray, radiance, tile);
     }
 }
 

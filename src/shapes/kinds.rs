@@ -74,6 +74,10 @@ macro_rules! shape_types {
                 match self { $(Form::$Quadric(shape) => shape.normal(p),)* }
             }
 
+            fn uv(&self, p: DVec3) -> DVec2 {
+                match self { $(Form::$Quadric(shape) => shape.uv(p),)* }
+            }
+
             fn bounds(&self) -> (DVec3, DVec3) {
                 match self { $(Form::$Quadric(shape) => shape.bounds(),)* }
             }

@@ -1,6 +1,6 @@
 //! A surface point in double precision, in the space of the tree that holds the surface.
 
-use super::quadric::Quadric;
+use super::quadric::{ObjectSurface, Quadric};
 use super::triangle::Triangle;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
@@ -45,6 +45,10 @@ pub struct LocalSurface {
     pub face: u32,
 }
 
+/// The parameters (u, v) of a surface point, alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters(pub Vec2);
+
 /// How much is worked out about the closest hit of a ray.
 pub trait Local: From<LocalSurface> {
     /// Where the line `o + t d` meets a triangle, which [`TriangleSource`] gives.
@@ -53,6 +57,10 @@ pub trait Local: From<LocalSurface> {
     fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<Self>;
     /// As part of an instance at `place`.
     fn transformed(&self, place: &Place) -> Self;
+}
+
+/// What makes a hit.
+pub trait LocalHit: Local {
     /// In single precision, as met by `ray`; the error box grows by the rounding.
     fn hit(&self, ray: &Ray) -> SurfaceHit;
 }
@@ -111,7 +119,9 @@ impl Local for LocalPoint {
             },
         }
     }
+}
 
+impl LocalHit for LocalPoint {
     #[inline(always)]
     fn hit(&self, ray: &Ray) -> SurfaceHit {
         let p = self.p.as_vec3();
@@ -181,7 +191,9 @@ impl Local for LocalSurface {
             ..*self
         }
     }
+}
 
+impl LocalHit for LocalSurface {
     fn hit(&self, ray: &Ray) -> SurfaceHit {
         let hit = self.point.hit(ray);
         SurfaceHit {
@@ -198,5 +210,27 @@ impl Local for LocalSurface {
             face: self.face,
             ..hit
         }
+    }
+}
+
+impl From<LocalSurface> for Parameters {
+    fn from(surface: LocalSurface) -> Parameters {
+        Parameters(surface.uv)
+    }
+}
+
+impl Local for Parameters {
+    fn of_triangle(source: &impl TriangleSource, o: DVec3, d: DVec3) -> Parameters {
+        Parameters(source.whole().parameters(o, d))
+    }
+
+    fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<Parameters> {
+        let uv = quadric.form.uv(quadric.object_point(o, d)?);
+        Some(Parameters(uv.as_vec2()))
+    }
+
+    /// Moving a surface does not change them.
+    fn transformed(&self, _: &Place) -> Parameters {
+        *self
     }
 }

@@ -54,6 +54,10 @@ pub trait ObjectSurface {
     fn normal(&self, p: DVec3) -> DVec3 {
         self.at(p).n
     }
+    /// The parameters there, alone.
+    fn uv(&self, p: DVec3) -> DVec2 {
+        self.at(p).uv
+    }
 
     /// Corners of a box around the surface.
     fn bounds(&self) -> (DVec3, DVec3);

@@ -23,15 +23,19 @@ pub struct Sphere {
     pub radius: f64,
     /// Cut at ∓radius, which is nowhere, for a whole one.
     pub swept: Swept,
+    /// Polar angles of the cuts: v = 0 at the first, 1 at the second.
+    polar_range: [f64; 2],
 }
 
 impl Sphere {
     /// A sphere between the heights `z0` and `z1` (in either order), swept `phi_max` degrees.
     pub fn new(radius: f64, z0: f64, z1: f64, phi_max: f64) -> Sphere {
         let [z0, z1] = [z0, z1].map(|z| z.clamp(-radius, radius));
+        let swept = Swept::new(z0, z1, phi_max);
         Sphere {
             radius,
-            swept: Swept::new(z0, z1, phi_max),
+            swept,
+            polar_range: [swept.z_min, swept.z_max].map(|z| polar(z, radius)),
         }
     }
 
@@ -61,16 +65,11 @@ impl Sphere {
             && (z_max >= self.radius || p.z <= z_max)
             && self.swept.sweeps(|| azimuth(p))
     }
+}
 
-    /// Polar angles of the cuts: v = 0 at the first, 1 at the second.
-    fn polar_range(&self) -> [f64; 2] {
-        [self.swept.z_min, self.swept.z_max].map(|z| self.polar(z))
-    }
-
-    /// The polar angle at a height.
-    fn polar(&self, z: f64) -> f64 {
-        (z / self.radius).clamp(-1.0, 1.0).acos()
-    }
+/// The polar angle at a height of a sphere.
+fn polar(z: f64, radius: f64) -> f64 {
+    (z / radius).clamp(-1.0, 1.0).acos()
 }
 
 impl ObjectSurface for Sphere {
@@ -92,17 +91,11 @@ impl ObjectSurface for Sphere {
 
     fn at(&self, p: DVec3) -> ObjectPoint {
         let (rho, outward) = outward(p);
-        let [first, last] = self.polar_range();
-        let range = last - first;
-        let v = if range == 0.0 {
-            0.0
-        } else {
-            (self.polar(p.z) - first) / range
-        };
+        let [first, last] = self.polar_range;
         let dpdu = self.swept.dpdu(p);
-        let dpdv = range * (outward * p.z).extend(-rho);
+        let dpdv = (last - first) * (outward * p.z).extend(-rho);
         ObjectPoint {
-            uv: DVec2::new(self.swept.uv(p).x, v),
+            uv: self.uv(p),
             n: self.normal(p),
             dpdu,
             dpdv,
@@ -113,6 +106,16 @@ impl ObjectSurface for Sphere {
 
     fn normal(&self, p: DVec3) -> DVec3 {
         p / self.radius
+    }
+
+    fn uv(&self, p: DVec3) -> DVec2 {
+        let [first, last] = self.polar_range;
+        let range = last - first;
+        let v = match range {
+            0.0 => 0.0,
+            _ => (polar(p.z, self.radius) - first) / range,
+        };
+        DVec2::new(self.swept.uv(p).x, v)
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {

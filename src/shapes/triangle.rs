@@ -1,7 +1,7 @@
 //! One triangle of a mesh: where exactly a ray meets it, and the surface there.
 
 use super::local::{LocalPoint, LocalSurface};
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Vec2};
 
 /// A triangle with its corners' attributes, widened from the mesh's single precision.
 #[derive(Clone, Copy, Debug)]
@@ -133,6 +133,11 @@ impl Triangle {
             Some(uv) => uv[0] * b[0] + uv[1] * b[1] + uv[2] * b[2],
             None => DVec2::new(b[1] + b[2], b[2]),
         }
+    }
+
+    /// The parameters (u, v) of the point nearest to where the line `o + t d` meets it.
+    pub(crate) fn parameters(&self, o: DVec3, d: DVec3) -> Vec2 {
+        self.uv_at(self.nearest(o, d)).as_vec2()
     }
 
     /// The point where the ray `o + t d`, which is known to hit, meets the triangle, with its normals.

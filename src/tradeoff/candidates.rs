@@ -183,6 +183,33 @@ impl Candidate {
     }
 }
 
+/// The settings of a `realistic` camera that it does not have.
+fn of_camera(own: &RealisticSpec) -> impl Iterator<Item = (Setting, String, Change)> {
+    let models = [ModelKind::Exact, ModelKind::Thick, ModelKind::Thin].into_iter();
+    let models = models.filter(|model| *model != own.model).map(|model| {
+        let change = Change::LensModel(model);
+        (Setting::LensModel, model.to_string(), change)
+    });
+    let precisions = [("single", Precision::Single), ("double", Precision::Double)].into_iter();
+    let precisions = precisions.filter(|(_, precision)| *precision != own.precision);
+    let precisions = precisions.map(|(name, precision)| {
+        let change = Change::Precision(precision);
+        (Setting::Precision, name.to_owned(), change)
+    });
+    let samplings = [
+        ("concentric", PupilSampling::Concentric),
+        ("polar", PupilSampling::Polar),
+        ("rejection", PupilSampling::Rejection),
+    ];
+    let samplings =
+        { samplings.into_iter() }.filter(|(_, sampling)| *sampling != own.pupil_sampling);
+    let samplings = samplings.map(|(name, sampling)| {
+        let change = Change::PupilSampling(sampling);
+        (Setting::PupilSampling, name.to_owned(), change)
+    });
+    models.chain(precisions).chain(samplings)
+}
+
 /// All candidates for a scene, the scene's own first: the sample counts `counts`, and every other setting at `spp`
 /// samples per pixel, with the values that the scene does not have. `radius` is that of the sphere around the scene (world
 /// units).
@@ -205,32 +232,8 @@ pub fn candidates(options: &Options, radius: f32, spp: u32, counts: &[u32]) -> V
         add(Setting::Sampler, name, Change::Sampler(points));
     }
     if let CameraSpec::Realistic(own) = &base.camera {
-        for model in [ModelKind::Exact, ModelKind::Thick, ModelKind::Thin] {
-            if model != own.model {
-                add(
-                    Setting::LensModel,
-                    &model.to_string(),
-                    Change::LensModel(model),
-                );
-            }
-        }
-        for (name, precision) in [("single", Precision::Single), ("double", Precision::Double)] {
-            if precision != own.precision {
-                add(Setting::Precision, name, Change::Precision(precision));
-            }
-        }
-        for (name, sampling) in [
-            ("concentric", PupilSampling::Concentric),
-            ("polar", PupilSampling::Polar),
-            ("rejection", PupilSampling::Rejection),
-        ] {
-            if sampling != own.pupil_sampling {
-                add(
-                    Setting::PupilSampling,
-                    name,
-                    Change::PupilSampling(sampling),
-                );
-            }
+        for (setting, value, change) in of_camera(own) {
+            add(setting, &value, change);
         }
     }
     let mut integrator = base.integrator.spec.clone();

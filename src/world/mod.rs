@@ -131,11 +131,7 @@ impl World {
 
     /// The parameters (u, v) of what `ray` has hit, whether or not its material asks for them.
     pub fn surface_parameters(&self, ray: &Ray, found: &ClosestHit) -> Vec2 {
-        if let Some(triangle) = self.geometry.flat(found) {
-            return triangle.parameters(ray);
-        }
-        let whole = self.geometry.whole(ray, found);
-        whole.map_or(Vec2::ZERO, |hit| hit.surface.uv)
+        self.geometry.parameters(ray, found)
     }
 
     /// The light of the nearest surface along a ray; see [`Geometry::intersect_emitter`].

@@ -58,6 +58,22 @@ mod photograph;
 mod report;
 mod spec;
 mod stop_shape;
+/// Of light in air, before a lens' own: see [`Weighting`]; for a film of this diagonal, mm.
+fn weight_in_air(spec: &RealisticSpec, diagonal: f64) -> f64 {
+    let (lens, exposure) = (
+        &spec.lens,
+        spec.exposure.factor(&spec.shutter, spec.weighting),
+    );
+    match spec.weighting {
+        Weighting::Physical => exposure,
+        // Relative to the middle of the image at the d line, whatever the medium.
+        Weighting::Simple => {
+            let relative = lens.film_distance() / lens.rear().index;
+            exposure * relative.powi(2) / innermost_box_area(lens, diagonal)
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests;
 mod tilted;
@@ -81,7 +97,7 @@ use crate::optics::{Lens, LensRay};
 use crate::syntax::Span;
 use connection::Connections;
 use ghosts::GhostSampling;
-use optics::{FILTER_REACH, FilmReach, Optics, PupilTarget, is_too_fine};
+use optics::{FILTER_REACH, FilmReach, Optics, PupilTarget};
 use pbrt_pupil_box::innermost_box_area;
 use tilted::TiltedFilm;
 
@@ -191,15 +207,7 @@ impl Realistic {
         let [width, height] = film.size_mm(diagonal);
         let pitch = width / f64::from(film.resolution.x);
         let lens = &spec.lens;
-        let exposure = spec.exposure.factor(&spec.shutter, spec.weighting);
-        let in_air = match spec.weighting {
-            Weighting::Physical => exposure,
-            // Relative to the middle of the image at the d line, whatever the medium.
-            Weighting::Simple => {
-                let relative = lens.film_distance() / lens.rear().index;
-                exposure * relative.powi(2) / innermost_box_area(lens, diagonal)
-            }
-        };
+        let in_air = weight_in_air(spec, diagonal);
         let tilted = spec.tilted_film();
         let reach = match &tilted {
             None => FilmReach {
@@ -222,12 +230,7 @@ impl Realistic {
         let bands = spec.bands.iter().map(of_band);
         let transform = CameraTransform::new(render_from_camera, spec.clip);
         let main = optics(lens, Rgb::ONE, None)?;
-        let one_by_one = spec.compat != Compat::None
-            || spec.precision == Precision::Double
-            || is_too_fine(lens)
-            || tilted.is_some()
-            || main.stop_mask.is_some()
-            || main.ghosts.is_some();
+        let one_by_one = main.goes_one_by_one(spec) || tilted.is_some();
         let mut camera = Realistic {
             blur: Blur::default(),
             placing: if one_by_one {

@@ -1,6 +1,6 @@
 //! The lens of a realistic camera at one wavelength: where its rays are aimed, and with what they are made.
 
-use super::{Compat, RealisticSpec};
+use super::{Compat, Precision, RealisticSpec};
 use crate::cameras::CameraError;
 use crate::math::sampling::concentric_disk;
 use crate::math::{Rgb, Vec2};
@@ -50,6 +50,15 @@ pub(super) struct Optics {
 pub(super) const FILTER_REACH: f64 = 4.0;
 
 impl Optics {
+    /// Returns `true` if its rays are not made side by side, in single precision.
+    pub(super) fn goes_one_by_one(&self, spec: &RealisticSpec) -> bool {
+        spec.compat != Compat::None
+            || spec.precision == Precision::Double
+            || is_too_fine(&spec.lens)
+            || self.stop_mask.is_some()
+            || self.ghosts.is_some()
+    }
+
     pub(super) fn new(
         spec: &RealisticSpec,
         lens: &Lens,

@@ -44,9 +44,11 @@ impl GrowingLayers {
     pub(crate) fn pixels(&self, square: PixelBounds) -> ImageLayers {
         let mut layers = ImageLayers::without_mattes(self.sums.set, square.area());
         let pixels = square.pixels().filter_map(|pixel| self.bounds.index(pixel));
-        for (place, index) in pixels.enumerate() {
-            layers.develop_pixel(place, self.sums.pixel(index), self.scale);
-        }
+        let places: Vec<_> = pixels
+            .enumerate()
+            .map(|(place, index)| (index, place))
+            .collect();
+        layers.develop_sums(&self.sums, &places, self.scale);
         layers
     }
 }

@@ -1,7 +1,7 @@
 //! The layers of an image, made of the [sums](super::sums) of its pixels.
 
 use super::coverage::ImageMatte;
-use super::sums::{LayerPixels, SHARED};
+use super::sums::{COVERED, HITS, LayerPixels, SAMPLES, SEEN, SHARED};
 use super::{Layer, LayerSet, light_channels};
 use crate::math::{DVec3, Rgb};
 
@@ -68,11 +68,8 @@ impl ImageLayers {
         scale: f64,
         place: impl Fn(usize) -> Option<usize>,
     ) {
-        for number in 0..count {
-            if let Some(index) = place(number) {
-                self.develop_pixel(index, pixels.pixel(number), scale);
-            }
-        }
+        let places = (0..count).filter_map(|number| Some((number, place(number)?)));
+        self.develop_sums(pixels, &places.collect::<Vec<_>>(), scale);
         let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
         for matte in &mut self.mattes {
             if let Some(kind) = matte.layer.matte() {
@@ -81,10 +78,26 @@ impl ImageLayers {
         }
     }
 
-    /// Sets a pixel to what these sums tell, but for Cryptomattes.
-    pub(super) fn develop_pixel(&mut self, index: usize, sums: &[f64], scale: f64) {
-        develop_means(&mut self.means, index, sums);
-        self.develop_lights(index, sums, scale);
+    /// Sets pixels to what sums tell, but for Cryptomattes: by the numbers that both have.
+    pub(super) fn develop_sums(
+        &mut self,
+        pixels: &LayerPixels,
+        places: &[(usize, usize)],
+        scale: f64,
+    ) {
+        let mut first = SHARED;
+        for ImageLayer { layer, values } in &mut self.means {
+            let shown = (*layer, first);
+            match layer.channels().len() {
+                1 => develop_mean::<1>(values, shown, pixels, places),
+                2 => develop_mean::<2>(values, shown, pixels, places),
+                _ => develop_mean::<3>(values, shown, pixels, places),
+            }
+            first += layer.sums();
+        }
+        for &(number, index) in places {
+            self.develop_lights(index, pixels.pixel(number), scale);
+        }
     }
 
     /// The names of the channels of all but Cryptomattes, where layers of light have these names.
@@ -108,7 +121,7 @@ impl ImageLayers {
     /// As colors are: nothing is negative.
     fn develop_lights(&mut self, index: usize, sums: &[f64], scale: f64) {
         let first = sums.len().saturating_sub(3 * self.lights.len());
-        let all = sums.get(SHARED - 1).copied().unwrap_or_default();
+        let all = sums.get(SAMPLES).copied().unwrap_or_default();
         let sums = sums.get(first..).unwrap_or_default().chunks_exact(3);
         for (values, sums) in self.lights.iter_mut().zip(sums) {
             if let Some(slot) = values.get_mut(index) {
@@ -119,35 +132,37 @@ impl ImageLayers {
     }
 }
 
-/// Sets a pixel of the image's layers to the means that these sums are of.
-fn develop_means(layers: &mut [ImageLayer], index: usize, sums: &[f64]) {
-    let Some((&[seen, covered, hits, _], mut own)) = sums.split_first_chunk::<SHARED>() else {
-        return;
+/// Sets pixels of a layer, of `N` channels, to the means that their sums are of, the first of which is there.
+fn develop_mean<const N: usize>(
+    values: &mut [Rgb],
+    (layer, first): (Layer, usize),
+    pixels: &LayerPixels,
+    places: &[(usize, usize)],
+) {
+    let first = if layer == Layer::Alpha {
+        COVERED
+    } else {
+        first
     };
-    for ImageLayer { layer, values } in layers {
-        let Some((sums, rest)) = own.split_at_checked(layer.sums()) else {
-            return;
+    // A filter with negative lobes may go beyond.
+    let (over, [low, high]) = match layer {
+        Layer::Albedo | Layer::Alpha => (SEEN, [0.0, 1.0]),
+        Layer::Normal => (SEEN, [-1.0, 1.0]),
+        _ => (HITS, [f64::NEG_INFINITY, f64::INFINITY]),
+    };
+    for &(number, index) in places {
+        let sums = pixels.pixel(number);
+        let (Some(sums), Some(&over)) = (sums.get(first..first + N), sums.get(over)) else {
+            continue;
         };
-        own = rest;
-        let mean = |over: f64| {
-            let mut mean = DVec3::ZERO;
-            for (mean, sum) in mean.as_mut().iter_mut().zip(sums) {
-                *mean = if over > 0.0 { sum / over } else { 0.0 };
-            }
-            mean
-        };
-        let value = match layer {
-            // A filter with negative lobes may go beyond.
-            Layer::Albedo => mean(seen).clamp(DVec3::ZERO, DVec3::ONE),
-            Layer::Normal => mean(seen).clamp(DVec3::NEG_ONE, DVec3::ONE),
-            Layer::Alpha if seen > 0.0 => DVec3::splat((covered / seen).clamp(0.0, 1.0)),
-            Layer::Alpha => DVec3::ZERO,
-            Layer::Depth | Layer::Position | Layer::Uv | Layer::Motion | Layer::Coc => mean(hits),
-            Layer::Material | Layer::Instance | Layer::Lights => continue,
-        };
-        if let Some(slot) = values.get_mut(index) {
+        let mut value = Rgb::ZERO;
+        for (value, sum) in value.as_mut().iter_mut().zip(sums) {
+            let mean = if over > 0.0 { sum / over } else { 0.0 };
             // Not a negative zero, which sums may or may not begin with.
-            *slot = (value + 0.0).as_vec3();
+            *value = (mean.clamp(low, high) + 0.0) as f32;
+        }
+        if let Some(slot) = values.get_mut(index) {
+            *slot = value;
         }
     }
 }

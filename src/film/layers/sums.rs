@@ -13,8 +13,14 @@ use crate::film::pairwise::{Join, Pairwise, PixelSum};
 use crate::math::{DVec2, DVec3, Rgb, UVec2};
 use arrayvec::ArrayVec;
 
-/// Sums that all layers share: samples that left the lens, the weights of those that met a surface, their number, and that of all samples.
+/// Sums that all layers share.
 pub(super) const SHARED: usize = 4;
+
+/// Where they are: the number of samples that left the lens, the weights of those that met a surface, the number of these, and that of all samples.
+pub(super) const SEEN: usize = 0;
+pub(super) const COVERED: usize = 1;
+pub(super) const HITS: usize = 2;
+pub(super) const SAMPLES: usize = 3;
 
 /// Sums of the layers of light.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -103,7 +109,7 @@ impl LayerPixels {
         let Some(sums) = self.sums.get_mut(index * count..(index + 1) * count) else {
             return;
         };
-        let all = sums.get(SHARED - 1).copied().unwrap_or_default();
+        let all = sums.get(SAMPLES).copied().unwrap_or_default();
         add_lights(set.light_sums(sums), lights.map(|light| light * all));
     }
 
@@ -116,31 +122,27 @@ impl LayerPixels {
     }
 }
 
-/// The sums of all layers, wanted or not, but for those of light.
-#[derive(Clone, Debug, Default)]
-struct Own {
-    shared: [f64; SHARED],
-    /// Of the four parts of a [`SurfaceSample`].
-    surface: [[f64; 4]; 4],
-    /// Of [`Layer::Depth`], [`Layer::Coc`] and [`Layer::Motion`].
-    camera: [f64; 4],
-}
+/// The sums of all layers, wanted or not, but for those of light: the shared ones, of the four parts of a [`SurfaceSample`], and of
+/// [`Layer::Depth`], [`Layer::Coc`] and [`Layer::Motion`].
+#[derive(Clone, Debug)]
+struct Own([f64; ALL_SUMS]);
 
 /// How many there are.
 const ALL_SUMS: usize = CAMERA + 4;
 
-/// Where those of surfaces and of the camera are, if all are side by side.
+/// Where those of surfaces and of the camera are.
 const SURFACE: usize = SHARED;
 const CAMERA: usize = SURFACE + 16;
 
+impl Default for Own {
+    fn default() -> Own {
+        Own([0.0; ALL_SUMS])
+    }
+}
+
 impl Join for Own {
     fn join(&mut self, right: &Own) {
-        add(&mut self.shared, &right.shared);
-        add(
-            self.surface.as_flattened_mut(),
-            right.surface.as_flattened(),
-        );
-        add(&mut self.camera, &right.camera);
+        add(&mut self.0, &right.0);
     }
 }
 
@@ -215,8 +217,8 @@ impl TileLayers {
                 self.leaf.add(f64::from(weight), found);
                 self.cover(weight, found.mattes);
             }
-            Some(None) => add(&mut self.leaf.shared, &[1.0, 0.0, 0.0, 1.0]),
-            None => self.leaf.shared[3] += 1.0,
+            Some(None) => add(&mut self.leaf.0, &[1.0, 0.0, 0.0, 1.0]),
+            None => self.leaf.0[SAMPLES] += 1.0,
         }
         if !lights.is_empty() {
             let lights = lights.iter().map(|light| light.as_dvec3());
@@ -257,72 +259,62 @@ impl TileLayers {
         }
     }
 
+    /// Keeps the leaf, which is full, and starts the next one.
     #[inline(never)]
     fn next_leaf(&mut self) {
-        let (own, lights) = self.leaf();
-        self.leaves.push(own);
-        if let Some(lights) = lights {
-            self.leaves_of_light.push(lights);
-        }
-    }
-
-    /// The leaf as far as it is filled. Starts the next one.
-    fn leaf(&mut self) -> (Own, Option<Lights>) {
         self.in_leaf = 0;
+        self.leaves.push(std::mem::take(&mut self.leaf));
         let set = self.pixels.set;
-        let lights = || std::mem::replace(&mut self.leaf_of_light, Lights::none(set));
-        let lights = (set.lights() > 0).then(lights);
-        (std::mem::take(&mut self.leaf), lights)
+        if set.lights() > 0 {
+            let none = Lights::none(set);
+            let full = std::mem::replace(&mut self.leaf_of_light, none);
+            self.leaves_of_light.push(full);
+        }
     }
 
     /// Pools what has been added to the last pixel.
     #[inline(never)]
     pub(in super::super) fn close(&mut self) {
-        let (own, lights) = match self.in_leaf {
-            0 => (None, None),
-            _ => {
-                let (own, lights) = self.leaf();
-                (Some(own), lights)
-            }
-        };
         self.end_run();
-        if let (Some(own), Some(index)) = (self.leaves.take(own), self.open) {
-            let all = own.side_by_side();
+        self.leaves.take_into(&mut self.leaf);
+        self.leaves_of_light.take_into(&mut self.leaf_of_light);
+        if let Some(index) = self.open {
+            let all = &self.leaf.0;
             let sums = self.wanted.iter().map(|&place| all[usize::from(place)]);
-            let lights = self.leaves_of_light.take(lights).unwrap_or_default();
-            self.pixels.add(index as usize, sums.chain(lights.0));
+            let lights = self.leaf_of_light.0.iter().copied();
+            self.pixels.add(index as usize, sums.chain(lights));
         }
+        self.in_leaf = 0;
+        self.leaf = Own::default();
+        self.leaf_of_light.0.fill(0.0);
     }
 }
 
 impl Own {
-    fn side_by_side(&self) -> [f64; ALL_SUMS] {
-        let mut all = [0.0; ALL_SUMS];
-        all[..SHARED].copy_from_slice(&self.shared);
-        all[SURFACE..CAMERA].copy_from_slice(self.surface.as_flattened());
-        all[CAMERA..].copy_from_slice(&self.camera);
-        all
-    }
-
     /// Adds a sample that has met a surface: whatever is wanted, so that there are no branches.
     #[inline(always)]
     fn add(&mut self, weight: f64, sample: &LayerSample) {
-        add(&mut self.shared, &[1.0, weight, 1.0, 1.0]);
         let SurfaceSample {
             albedo,
             normal,
             p,
             uv,
         } = *sample.surface;
-        let [of_albedo, of_normal, of_p, of_uv] = &mut self.surface;
-        add(of_albedo, &scaled(albedo, weight));
-        add(of_normal, &scaled(normal, weight));
         let mut position = scaled(p, 1.0);
         add(&mut position, sample.origin);
-        add(of_p, &position);
-        add(of_uv, &scaled(uv, 1.0));
         let DVec2 { x, y } = sample.motion;
-        add(&mut self.camera, &[sample.depth, sample.coc, x, y]);
+        let more = [
+            [1.0, weight, 1.0, 1.0],
+            scaled(albedo, weight),
+            scaled(normal, weight),
+            position,
+            scaled(uv, 1.0),
+            [sample.depth, sample.coc, x, y],
+        ];
+        let (sums, _) = self.0.as_chunks_mut::<4>();
+        for (sums, more) in sums.iter_mut().zip(more) {
+            add(sums, &more);
+        }
     }
 }
 
@@ -474,7 +466,7 @@ mod tests {
             Rgb::new(0.25, 0.5, 0.0),
             Rgb::new(3.0, -2.0, 0.0),
             Rgb::new(8.0, 0.0, 0.0),
-            Rgb::splat(third as f32),
+            Rgb::new(third as f32, 0.0, 0.0),
         ];
         for (layer, expected) in layers.means.iter().zip(expected) {
             assert_eq!(layer.values[0], expected, "{:?}", layer.layer);

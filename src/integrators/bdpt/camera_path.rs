@@ -11,11 +11,13 @@ use super::weights::{History, Onward, square, weight, weight_of_joint};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::handles::LightId;
+use crate::integrators::Sight;
 use crate::integrators::context::Context;
 use crate::integrators::subsurface::find_exit;
 use crate::integrators::volpath::transmittance;
 use crate::integrators::witness;
 use crate::lights::LightEnd;
+use crate::materials::Material;
 use crate::math::color::is_black;
 use crate::math::ray::RayDifferentials;
 use crate::math::{Rgb, Vec3};
@@ -85,11 +87,17 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         match met? {
             Met::Background => {
                 self.arrive(witness::Met::Background);
+                self.context.look(Sight::escape);
                 self.add_escaped();
                 None
             }
             Met::Medium(at) => {
                 self.arrive(witness::Met::Medium);
+                let (numbers, differentials) = (*self.context.stream, self.differentials);
+                let ray = self.walk.ray;
+                let beyond = (&ray, hit.as_ref());
+                { &mut self.context }
+                    .look(|sight| sight.follow(world, beyond, differentials, numbers));
                 let history = self.history(at.p, 1.0);
                 if self.walk.depth >= self.bdpt.max_depth {
                     return None;
@@ -120,6 +128,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         if surface_bsdf(world, hit, differentials, Carries::Radiance, &mut bsdf).is_none() {
             return self.walk.pass(world, hit);
         }
+        self.look_at(hit, &bsdf);
         if self.walk.depth >= self.bdpt.max_depth {
             return None;
         }
@@ -151,6 +160,15 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             self.walk.onward.before = square(by_connection.into());
         }
         self.walk.arrive(p, cosine)
+    }
+
+    /// Looks at a surface, and what may be seen by it, for layers: the path may end there.
+    fn look_at(&mut self, hit: &GeometryHit, bsdf: &Bsdf) {
+        let (world, numbers) = (self.context.world, *self.context.stream);
+        let material = world.material(hit.material);
+        let scattering = (bsdf, material.is_some_and(Material::has_interior));
+        let met = (&self.walk.ray, hit);
+        { &mut self.context }.look(|sight| sight.meet_alone(world, met, scattering, numbers));
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.

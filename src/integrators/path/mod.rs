@@ -232,7 +232,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             }
             if let Some(vertex) = vertex {
                 self.arrive(Met::Medium);
-                self.look(Sight::lose);
+                self.look_beyond(hit);
                 self.scatter_in_medium(&vertex)?;
                 return self.russian_roulette();
             }
@@ -257,7 +257,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         world.fill_bsdf(material, &hit.surface, self.differentials, &mut bsdf);
         bsdf.prepare(hit.surface.wo);
         let ray = self.trail.ray;
-        self.look(|sight| sight.meet(&ray, hit, &bsdf, material.has_interior()));
+        self.look(|sight| sight.meet(world, (&ray, hit), (&bsdf, material.has_interior())));
         scatter(self, hit, &bsdf)
     }
 
@@ -295,6 +295,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if WATCHED {
             self.context.look(note);
         }
+    }
+
+    /// Looks at what is behind the point where the path scatters in a medium, for layers. Its numbers are those that follow, so that
+    /// they do not depend on whether it scatters.
+    fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
+        let (world, numbers) = (self.context.world, *self.context.stream);
+        let (ray, differentials) = (self.trail.ray, self.differentials);
+        self.look(|sight| sight.follow(world, (&ray, hit), differentials, numbers));
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.

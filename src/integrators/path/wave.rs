@@ -288,7 +288,8 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             && wave.add_coated(state.context.world, path, hit)
         {
             if trail.depth < trail.max_depth {
-                state.look(|sight| sight.meet_coated(&trail.ray, hit));
+                let world = state.context.world;
+                state.look(|sight| sight.meet_coated(world, &trail.ray, hit));
             }
             return;
         }

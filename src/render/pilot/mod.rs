@@ -10,12 +10,14 @@
 //! Slusallek 2022), with times that are fixed instead of measured, so that an image does not depend on a clock.
 
 mod assistance;
+mod blocks;
 
 use super::{OfAll, PendingSample, RenderJob};
-use crate::film::{LightShare, PixelBounds};
+use crate::film::LightShare;
 use crate::integrators::{Learned, Splat, Workspace};
 use crate::math::{Rgb, UVec2, color::luminance};
 use crate::samplers::Sampler;
+use blocks::Blocks;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -32,9 +34,6 @@ const PATHS: u64 = 1 << 18;
 
 /// Blocks along a side of the image: at most so many, fewer for images of less than so many samples in a pixel.
 const BLOCKS: u32 = 64;
-
-/// So many blocks to either side tell of a block's brightness.
-const AROUND: usize = 2;
 
 /// The brightness below which darkness does not count any more, over the image's mean.
 const FLOOR: f64 = 0.02;
@@ -474,7 +473,7 @@ impl Told<'_> {
     }
 
     fn pixels(&self) -> f64 {
-        self.blocks.bounds.area() as f64
+        self.blocks.all_pixels()
     }
 
     /// The light that so many light paths for each sample of a pixel bring, over the blocks' brightness.
@@ -550,71 +549,6 @@ fn finite_luminance(value: Rgb) -> f64 {
 fn blocks_of_side(spp: u32) -> u32 {
     let part = f64::from(spp) / f64::from(BLOCKS);
     ((part.sqrt() * f64::from(BLOCKS)) as u32).clamp(1, BLOCKS)
-}
-
-/// Blocks of pixels.
-struct Blocks {
-    bounds: PixelBounds,
-    side: u32,
-    columns: u32,
-}
-
-impl Blocks {
-    /// At most so many along a side.
-    fn new(bounds: PixelBounds, most: u32) -> Blocks {
-        let size = bounds.size();
-        let side = size.max_element().div_ceil(most).max(1);
-        Blocks {
-            bounds,
-            side,
-            columns: size.x.div_ceil(side),
-        }
-    }
-
-    fn count(&self) -> usize {
-        (self.columns * self.bounds.size().y.div_ceil(self.side)) as usize
-    }
-
-    /// The mean of each block's value and those around it.
-    fn smooth(&self, values: &[f64]) -> Vec<f64> {
-        let columns = self.columns as usize;
-        let rows = values.len() / columns.max(1);
-        let near =
-            |at: usize, count: usize| at.saturating_sub(AROUND)..(at + AROUND + 1).min(count);
-        let mean = |index: usize| {
-            let (xs, ys) = (near(index % columns, columns), near(index / columns, rows));
-            let sum: f64 = { ys.clone() }
-                .map(|y| xs.clone().map(|x| values[y * columns + x]).sum::<f64>())
-                .sum();
-            sum / (xs.len() * ys.len()) as f64
-        };
-        (0..values.len()).map(mean).collect()
-    }
-
-    fn of(&self, pixel: UVec2) -> u32 {
-        let at = (pixel - self.bounds.min) / self.side;
-        at.y * self.columns + at.x
-    }
-
-    fn corner(&self, block: usize) -> UVec2 {
-        let block = block as u32;
-        self.bounds.min + self.side * UVec2::new(block % self.columns, block / self.columns)
-    }
-
-    fn size(&self, block: usize) -> UVec2 {
-        (self.bounds.max - self.corner(block)).min(UVec2::splat(self.side))
-    }
-
-    /// Pixels of a block.
-    fn pixels(&self, block: usize) -> f64 {
-        let size = self.size(block);
-        f64::from(size.x * size.y)
-    }
-
-    /// A pixel of the block.
-    fn middle(&self, block: usize) -> UVec2 {
-        self.corner(block) + self.size(block) / 2
-    }
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::shapes::cone::Cone as ConeForm;
 use crate::shapes::cylinder::Cylinder;
 use crate::shapes::disk::Disk;
 use crate::shapes::hyperboloid::Hyperboloid;
-use crate::shapes::local::Local;
+use crate::shapes::local::LocalHit;
 use crate::shapes::paraboloid::Paraboloid;
 use crate::shapes::quadric::tests::points;
 use crate::shapes::sphere::Sphere;

@@ -9,13 +9,14 @@ use crate::bsdf::{Bsdf, CoatedLobes, Lobe};
 use crate::cameras::{CameraRay, CameraSample};
 use crate::film::{Layer, LayerSet};
 use crate::integrators::witness::Watch;
-use crate::integrators::{CameraEnd, FirstSurfaces, Workspace};
+use crate::integrators::{CameraEnd, Workspace};
 use crate::math::color::is_black;
 use crate::math::hash::{mix2, unit_float};
 use crate::math::instruction_set::InstructionSet;
 use crate::math::{IVec2, Vec2, Vec3};
 use crate::render::RenderJob;
 use crate::samplers::SampleStream;
+use std::collections::HashSet;
 
 /// Of an image of 16 × 16 pixels.
 const PIXELS: u32 = 256;
@@ -50,21 +51,9 @@ struct Found {
 }
 
 impl Found {
-    fn look(&mut self, job: &RenderJob, watch: Watch) {
-        let known = watch.sight.as_ref().and_then(Sight::known);
-        let with_parameters = |found: &FirstSurfaces| {
-            let mut found = *found;
-            if let Some(meeting) = found.meeting.take() {
-                if meeting.lacks_uv {
-                    let uv = job.world.surface_parameters(&meeting.ray, &meeting.found);
-                    found.surface.set_uv(uv);
-                }
-                found.standing = Some(job.world.geometry.standing(&meeting.found));
-            }
-            found
-        };
+    fn look(&mut self, watch: Watch) {
         // Bits, but for NaN: each number is printed with as many digits as tell it from others.
-        let known = known.map(|found| found.map(with_parameters));
+        let known = watch.sight.as_ref().and_then(Sight::known);
         self.seen.push(format!("{known:?}"));
         let parts = watch.parts.expect("parts");
         self.parts.push(parts.scaled(Rgb::ONE, 4).collect());
@@ -103,7 +92,7 @@ fn in_waves(job: &RenderJob, of: usize, is_watched: bool) -> Found {
             .integrator
             .radiances(&job.world, &mut paths, &mut workspace);
         found.radiances.extend(radiances);
-        watches.into_iter().for_each(|watch| found.look(job, watch));
+        watches.into_iter().for_each(|watch| found.look(watch));
     }
     found
 }
@@ -134,7 +123,7 @@ fn one_by_one(job: &RenderJob) -> Found {
             &mut workspace,
             Some(&mut watch),
         ));
-        found.look(job, watch);
+        found.look(watch);
     }
     found
 }
@@ -238,7 +227,8 @@ fn flat_hits(job: &RenderJob, seed: u64) -> (FlatHits<WAVE>, Vec<(Ray, GeometryH
         let mut found = [None];
         job.world.closest(std::slice::from_ref(&ray), &mut found);
         if let Some(found) = found[0]
-            && let Some(triangle) = job.world.geometry.flat(&found)
+            && let Some(triangle) = job.world.geometry.bare_triangle(&found)
+            && triangle.is_flat()
         {
             flats.set(hits.len(), &ray, (&triangle, &found));
             flats.bare.note(hits.len(), &triangle);
@@ -304,29 +294,69 @@ fn lobes() -> CoatedLobes {
     CoatedLobes::of(&[diffuse(Rgb::splat(0.5)), coat]).expect("both lobes")
 }
 
+/// Shapes of all kinds, in place, stretched, in instances and in motion.
+const SHAPES: &str = r#"
+    LookAt 0 1 -6  0 .5 0  0 1 0
+    Camera "perspective" "float fov" 60
+    Film "image" "integer xresolution" 16 "integer yresolution" 16
+    WorldBegin
+    Shape "sphere" "float radius" 1
+    Shape "disk" "float radius" 9 "float height" 7
+    AttributeBegin
+    Translate 2 1 1
+    Rotate 30 1 2 3
+    Scale 1 2 1
+    Shape "sphere" "float zmin" -.5 "float phimax" 270
+    AttributeEnd
+    AttributeBegin
+    Translate -2 0 1
+    Rotate -90 1 0 0
+    Shape "cone" "float height" 2
+    Translate 0 2 0
+    Shape "curve" "point P" [ -2 0 -3  -1 0 2  0 1 -2  0 0 3 ] "float width" 1
+    ActiveTransform EndTime
+    Translate 0 0 .2
+    ActiveTransform All
+    Shape "cylinder"
+    AttributeEnd
+    ObjectBegin "two"
+    Shape "paraboloid"
+    Translate 0 0 -1
+    Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ -9 -9 0  9 -9 0  0 9 0 ] "float uv" [ 0 0 3 0 1 1 ]
+    ObjectEnd
+    Translate 0 -1 4
+    Scale 2 1 1
+    ObjectInstance "two"
+    WorldEnd
+"#;
+
 #[test]
-fn a_flat_triangle_has_the_parameters_of_its_whole_surface() {
-    let (mut compared, mut own) = (0, 0);
+fn parameters_alone_are_those_of_the_whole_surface() {
+    let bits = |uv: Vec2| uv.to_array().map(f32::to_bits);
     // The ground, too, whose mesh has parameters of its own.
     let plain = OUTDOORS.replace(r#""texture Kd" "tiles""#, r#""rgb Kd" [ .5 .5 .5 ]"#);
-    for (text, seed) in [ROOM_WITH_LAMPS, &plain].into_iter().zip(0..) {
+    for text in [ROOM_WITH_LAMPS, &plain, SHAPES] {
         let job = job(text);
         let geometry = &job.world.geometry;
-        for (ray, _) in flat_hits(&job, seed).1 {
-            let mut found = [None];
+        let (mut compared, mut shapes) = (0, HashSet::new());
+        for (time, ray) in [0.0, 0.6, 1.0].into_iter().cycle().zip(rays(9)) {
+            let (ray, mut found) = (Ray { time, ..ray }, [None]);
             job.world.closest(std::slice::from_ref(&ray), &mut found);
-            let found = found[0].take().expect("a hit");
-            let uv = job.world.surface_parameters(&ray, &found);
+            let Some(found) = found[0].take() else {
+                continue;
+            };
             let whole = geometry.whole(&ray, &found).expect("a surface");
-            let bits = |uv: Vec2| uv.to_array().map(f32::to_bits);
+            let uv = job.world.surface_parameters(&ray, &found);
             assert_eq!(bits(uv), bits(whole.surface.uv), "{ray:?}");
+            assert!(whole.surface.uv != Vec2::ZERO, "{ray:?}");
+            shapes.insert(format!("{:?}", geometry.standing(&found)));
             compared += 1;
-            // Where a mesh has none of its own, v is at most u.
-            own += usize::from(uv.y > uv.x);
+            if compared == 4 * WAVE {
+                break;
+            }
         }
+        assert!(shapes.len() >= 5, "{shapes:?}");
     }
-    assert_eq!(compared, 2 * WAVE);
-    assert!(own > 0);
 }
 
 #[test]
