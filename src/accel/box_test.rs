@@ -148,6 +148,10 @@ mod tests {
             false
         }
 
+        fn ball(&mut self, _: PrimitiveId, _: f64) -> bool {
+            false
+        }
+
         fn other(&mut self, _: PrimitiveId) -> bool {
             false
         }

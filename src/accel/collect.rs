@@ -36,9 +36,18 @@ pub struct GeometryBuilder {
     instance_count: u32,
     triangles: usize,
     has_recoverable: bool,
+    many_rays: bool,
 }
 
 impl GeometryBuilder {
+    /// For the top level, of which rays are mostly asked many at a time, or one by one.
+    pub fn of_world(many_rays: bool) -> GeometryBuilder {
+        GeometryBuilder {
+            many_rays,
+            ..GeometryBuilder::default()
+        }
+    }
+
     /// For a named object, whose coordinates are relative to a point of its own.
     pub fn of_object() -> GeometryBuilder {
         GeometryBuilder {
@@ -147,9 +156,9 @@ impl GeometryBuilder {
     pub fn build(self, objects: Vec<GeometryBuilder>) -> Result<Geometry, GeometryError> {
         let objects = objects.into_iter().map(|object| object.level(&[]));
         let objects = objects.collect::<Result<Vec<Level>, _>>()?;
+        let many_rays = self.many_rays;
         Ok(Geometry {
-            // The level that many rays search at once.
-            top: self.level(&objects)?.with_few(),
+            top: self.level(&objects)?.with_few(many_rays),
             objects,
         })
     }

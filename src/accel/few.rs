@@ -1,24 +1,31 @@
-//! Few triangles and nothing else, as a whole scene: rays are tested against all of them, which takes less time than to walk a tree.
+//! Few triangles and quadrics and nothing else, as a whole scene: rays are tested against all of them, which takes less time than to walk a tree.
 //!
 //! Of many rays sixteen are tested side by side, corners being shared by triangles; of one or some, each against eight triangles side by side. The
-//! test is the [watertight](super::watertight) one of the tree's packets, in loops that are compiled to vector instructions
-//! ([`crate::math::instruction_set`]). Both ways give the same bits: a hit is the nearest, and of equally near ones the first.
+//! test of triangles is the [watertight](super::watertight) one of the tree's packets, in loops that are compiled to vector instructions
+//! ([`crate::math::instruction_set`]). Both ways give the same bits: a hit is the nearest, and of equally near ones the first. (Next to a corner the
+//! tree may find another triangle: the test's rounding lets rays in that pass the box.)
 
 mod many_rays;
 mod one_ray;
 
-use super::primitive::{Item, PrimitiveId};
+use super::primitive::{Item, OtherKind, PrimitiveId};
 use super::tree::{Visitor, Visitors};
 use super::watertight::{Plane, is_inside_exactly};
 use crate::math::Vec3;
 use crate::math::instruction_set::InstructionSet;
+use crate::shapes::ball::Ball;
+use crate::shapes::quadric::Quadric;
 use arrayvec::ArrayVec;
-use many_rays::{RAYS, Rays};
+use many_rays::{Meetings, RAYS, Rays};
 use one_ray::Lots;
 use std::ops::RangeInclusive;
 
 /// So many triangles: with fewer, or more, a tree is faster for one ray ([measured](Few)).
 const COUNTS: RangeInclusive<usize> = 16..=48;
+
+/// At most so many full spheres, and other quadrics.
+const BALLS: usize = 8;
+const OTHERS: usize = 2;
 
 /// At most so many corners: in the sheared spaces of sixteen rays they fill half of a first-level cache.
 const CORNERS: usize = 64;
@@ -50,29 +57,61 @@ pub(super) struct Few {
     corners: Box<[[u8; 3]]>,
     places: ArrayVec<Vec3, CORNERS>,
     planes: Box<[Plane]>,
+    balls: ArrayVec<(PrimitiveId, Ball), BALLS>,
+    /// Other quadrics, which are tested one ray at a time, and balls around them.
+    others: ArrayVec<(PrimitiveId, Around), OTHERS>,
     lots: Lots,
+}
+
+/// A ball that something is in.
+#[derive(Clone, Copy)]
+struct Around {
+    center: Vec3,
+    radius: f32,
 }
 
 impl Few {
     /// No more triangles than these.
     pub(super) const MOST: usize = *COUNTS.end();
 
-    /// These, if they are as few, and all triangles.
-    pub(super) fn of(items: &[Item], corners: impl Fn(PrimitiveId) -> [Vec3; 3]) -> Option<Few> {
-        if !COUNTS.contains(&items.len()) || !items.iter().all(|item| item.id.is_triangle()) {
+    /// These, if they are as few, and no others.
+    pub(super) fn of<'a>(
+        items: &[Item],
+        corners: impl Fn(PrimitiveId) -> [Vec3; 3],
+        quadric: impl Fn(PrimitiveId) -> &'a Quadric,
+    ) -> Option<Few> {
+        let count = items.iter().filter(|item| item.id.is_triangle()).count();
+        let (flat, round) = items.split_at_checked(count)?;
+        let counts = match round {
+            [] => COUNTS,
+            _ => 0..=Few::MOST,
+        };
+        if !counts.contains(&count) || round.iter().any(|item| item.id.is_triangle()) {
             return None;
         }
-        let triangles: Vec<[Vec3; 3]> = items.iter().map(|item| corners(item.id)).collect();
+        let (mut balls, mut others) = (ArrayVec::new(), ArrayVec::new());
+        for item in round {
+            if item.id.kind() != OtherKind::Quadric {
+                return None;
+            }
+            match quadric(item.id).ball() {
+                Some(ball) => balls.try_push((item.id, *ball)).ok()?,
+                None => others.try_push((item.id, Around::of(item))).ok()?,
+            }
+        }
+        let triangles: Vec<[Vec3; 3]> = flat.iter().map(|item| corners(item.id)).collect();
         let mut places = ArrayVec::new();
         let mut index = |p| index_of(&mut places, p);
         let indices = triangles
             .iter()
             .map(|&[a, b, c]| Some([index(a)?, index(b)?, index(c)?]));
         Some(Few {
-            ids: items.iter().map(|item| item.id).collect(),
+            ids: flat.iter().map(|item| item.id).collect(),
             corners: indices.collect::<Option<_>>()?,
             places,
             planes: triangles.iter().copied().map(Plane::of).collect(),
+            balls,
+            others,
             lots: Lots::of(&triangles),
         })
     }
@@ -105,9 +144,14 @@ impl Few {
     #[inline(always)]
     fn visit_one_by_one<V: Visitors>(&self, instructions: InstructionSet, mut from: V) {
         while let Some((o, d, mut visitor)) = from.next() {
-            let meeting = self.lots.test(instructions, (o, d), visitor.t_max());
-            let triangle = |bit| self.lots.triangle(bit);
-            self.visit_met((meeting, triangle), (o, d), &mut visitor);
+            if (o + d).is_finite() {
+                let meeting = self.lots.test(instructions, (o, d), visitor.t_max());
+                let triangle = |bit| self.lots.triangle(bit);
+                let round = { self.balls.iter().map(|(id, _)| id) }
+                    .chain(self.others.iter().map(|(id, _)| id));
+                let _ = self.visit_met((meeting, triangle), (o, d), &mut visitor) || { round }
+                    .any(|&id| visitor.other(id));
+            }
             from.finish(visitor);
         }
     }
@@ -127,31 +171,53 @@ impl Few {
                 visitors.push(visitor);
             }
         }
-        let meetings = rays.test(instructions, self);
+        let mut meetings = Meetings::new();
+        rays.test(instructions, self, &mut meetings);
         for (i, visitor) in visitors.iter_mut().enumerate() {
             let met = (meetings.of(i), |bit| bit as usize);
-            self.visit_met(met, rays.ray(i), visitor);
+            let _ = self.visit_met(met, rays.ray(i), visitor)
+                || self.visit_round(&meetings, i, visitor);
         }
         visitors.drain(..).for_each(|visitor| from.finish(visitor));
     }
 
-    /// Calls the visitor of a ray for triangles that it meets.
+    /// Calls the visitor of ray `i` for what it meets besides triangles. Returns `true` if nothing more is wanted.
+    #[inline(always)]
+    fn visit_round(&self, meetings: &Meetings, i: usize, visitor: &mut impl Visitor) -> bool {
+        let mut left = meetings.round(i);
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let ends = match self.balls.get(bit) {
+                Some(&(id, _)) => visitor.ball(id, meetings.distance(bit, i)),
+                None => { self.others.get(bit - self.balls.len()) }
+                    .is_some_and(|&(id, _)| visitor.other(id)),
+            };
+            if ends {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Calls the visitor of a ray for triangles that it meets. Returns `true` if nothing more is wanted.
     #[inline(always)]
     fn visit_met(
         &self,
         (meeting, triangle): (Meeting, impl Fn(u32) -> usize),
         ray: (Vec3, Vec3),
         visitor: &mut impl Visitor,
-    ) {
+    ) -> bool {
         let mut left = meeting.met;
         while left != 0 {
             let bit = left.trailing_zeros();
             left &= left - 1;
             let met = (triangle(bit), meeting.on_edge >> bit & 1 != 0);
             if self.visit_one(met, ray, visitor) {
-                return;
+                return true;
             }
         }
+        false
     }
 
     /// Visits triangle `i`, which the ray has met, perhaps on an edge. Returns `true` if nothing more is wanted.
@@ -170,6 +236,16 @@ impl Few {
         }
         let t = plane.distance(ray.0, ray.1);
         t > 0.0 && visitor.triangle(id, t)
+    }
+}
+
+impl Around {
+    fn of(item: &Item) -> Around {
+        let (min, max) = (item.bounds.min, item.bounds.max);
+        Around {
+            center: 0.5 * (min + max),
+            radius: 0.5 * (max - min).length(),
+        }
     }
 }
 

@@ -171,11 +171,14 @@ impl Level {
         Ok(self)
     }
 
-    /// The level with what spares rays its tree, if there is little in it.
-    pub(super) fn with_few(mut self) -> Level {
-        if self.triangles() <= Few::MOST && self.instances.is_empty() {
+    /// The level with what spares rays its tree, if there is little in it: with quadrics only where rays are asked many at a time, as one ray is
+    /// better off with the tree.
+    pub(super) fn with_few(mut self, many_rays: bool) -> Level {
+        let may_be = self.instances.is_empty() && (many_rays || self.quadrics.is_empty());
+        if may_be && self.triangles() <= Few::MOST {
             let items = self.items(&[]);
-            self.few = Few::of(&items, |id| self.corners(id.index()));
+            let quadric = |id: PrimitiveId| &self.quadrics[id.index()].quadric;
+            self.few = Few::of(&items, |id| self.corners(id.index()), quadric);
         }
         self
     }

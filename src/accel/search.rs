@@ -106,7 +106,13 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
 
     /// Accepts a hit at `t` if it is the nearest so far.
     fn accept_nearer(&mut self, id: PrimitiveId, t: Option<f64>) -> bool {
-        t.is_some_and(|t| (t as f32) < self.t_max && self.accept(id, t as f32))
+        t.is_some_and(|t| self.is_nearer(id, t as f32) && self.accept(id, t as f32))
+    }
+
+    /// Returns `true` if a hit is the nearest so far: of equally near ones the first counts, in whatever order they are found.
+    #[inline(always)]
+    fn is_nearer(&self, id: PrimitiveId, t: f32) -> bool {
+        t < self.t_max || t == self.t_max && self.found.is_some_and(|found| id < found.id)
     }
 
     fn quadric(&mut self, id: PrimitiveId) -> bool {
@@ -224,10 +230,15 @@ impl<A: Alpha, const SHADOW: bool> Visitor for Search<'_, A, SHADOW> {
     #[inline(always)]
     fn triangle(&mut self, id: PrimitiveId, t: f64) -> bool {
         let t = t as f32;
-        if t < self.t_max && (!id.is_cut_out() || self.is_solid(id)) {
+        if self.is_nearer(id, t) && (!id.is_cut_out() || self.is_solid(id)) {
             return self.accept(id, t);
         }
         false
+    }
+
+    #[inline(always)]
+    fn ball(&mut self, id: PrimitiveId, t: f64) -> bool {
+        self.accept_nearer(id, Some(t))
     }
 
     #[inline(never)]

@@ -80,7 +80,7 @@ fn compiled(data: &MeshData, transform: &Transform) -> CompiledShape {
 }
 
 fn scene(shapes: Vec<CompiledShape>) -> Geometry {
-    let mut builder = GeometryBuilder::default();
+    let mut builder = GeometryBuilder::of_world(true);
     for shape in shapes {
         builder.add(shape, PrimitiveAttributes::default());
     }

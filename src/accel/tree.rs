@@ -28,6 +28,8 @@ pub(super) trait Visitor {
     fn t_max(&self) -> f32;
     /// The ray hits a triangle at `t`. Returning `true` ends the traversal.
     fn triangle(&mut self, id: PrimitiveId, t: f64) -> bool;
+    /// The ray hits a sphere at `t`. Returning `true` ends the traversal.
+    fn ball(&mut self, id: PrimitiveId, t: f64) -> bool;
     /// The ray may hit a non-triangle primitive. Returning `true` ends the traversal.
     fn other(&mut self, id: PrimitiveId) -> bool;
 }

@@ -32,6 +32,8 @@ pub(super) struct Shapes {
     pub need_faces: bool,
     /// By material: nothing asks for surface parameters there.
     pub bare: Vec<bool>,
+    /// Rays are traced many at a time.
+    pub many_rays: bool,
 }
 
 /// Geometry with the lights that its shapes form.
@@ -68,7 +70,7 @@ pub(super) fn build(
         groups: 0,
         diagnostics,
     };
-    let mut top = GeometryBuilder::default();
+    let mut top = GeometryBuilder::of_world(shapes.many_rays);
     adder.add_shapes(shapes.placed, render_from_world, &mut top);
     let sampled_lights = adder.lights.len();
     let object = |object: ObjectDefinition| {

@@ -145,6 +145,7 @@ fn build_frame(frame: Frame, seed: u64, diagnostics: &Diagnostics) -> Option<Pre
         light_media: frame.light_media,
         light_groups: shows_groups(&options).then_some(frame.light_groups),
         need_faces: assets.textures.need_faces(),
+        many_rays: options.integrator.spec.goes_in_waves(),
     };
     let place = &assets.render_from_world;
     let placed = geometry::build(shapes, assets.lights, place, diagnostics, &budget)?;

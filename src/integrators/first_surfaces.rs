@@ -343,8 +343,10 @@ pub fn first_surfaces(
     stream: SampleStream,
     wants_uv: bool,
 ) -> Option<FirstSurfaces> {
-    let mut sight = Sight::default();
-    sight.wants_uv = wants_uv;
+    let mut sight = Sight {
+        wants_uv,
+        ..Sight::default()
+    };
     let hit = world.intersect(ray);
     sight.follow(world, (ray, hit.as_ref()), differentials, stream);
     sight.seen().copied()

@@ -19,6 +19,9 @@ pub(super) trait Transport {
     /// Ray differentials are followed through mirrors and glass.
     const FOLLOWS_DIFFERENTIALS: bool = false;
 
+    /// Many paths are traced side by side: [`Transport::radiances`].
+    const IN_WAVES: bool = false;
+
     /// Photons are sent from the lights before camera paths are traced, which gather them.
     const PHOTONS: bool = false;
 
@@ -114,6 +117,11 @@ macro_rules! integrator_types {
             /// Returns `true` if ray differentials are followed through mirrors and glass.
             pub fn follows_differentials(&self) -> bool {
                 match self { $(IntegratorSpec::$Type(_) => $Type::FOLLOWS_DIFFERENTIALS,)* }
+            }
+
+            /// Returns `true` if many paths are traced side by side.
+            pub fn goes_in_waves(&self) -> bool {
+                match self { $(IntegratorSpec::$Type(_) => $Type::IN_WAVES,)* }
             }
 
             /// Returns `true` if photons are sent from the lights before camera paths are traced, which gather them.

@@ -3,7 +3,7 @@
 
 use super::Form;
 use super::local::LocalPoint;
-use super::quadric::{ROUNDINGS, roots};
+use super::quadric::ROUNDINGS;
 use crate::math::DVec3;
 use crate::math::transform::Transform;
 
@@ -34,15 +34,34 @@ impl Ball {
     /// Distance to the nearest point along the ray `o + t d`, t > 0, in units of `d`'s length.
     #[inline(always)]
     pub(super) fn distance(&self, o: DVec3, d: DVec3) -> Option<f64> {
+        let equation = self.equation(o, d);
+        if equation.discriminant.is_nan() || equation.discriminant < 0.0 {
+            return None;
+        }
+        let t = equation.nearest();
+        (t > 0.0).then_some(t)
+    }
+
+    /// The same without a branch, for rays side by side: not above 0 if there is none.
+    #[inline(always)]
+    pub(crate) fn distance_if_any(&self, o: DVec3, d: DVec3) -> f64 {
+        self.equation(o, d).nearest()
+    }
+
+    #[inline(always)]
+    fn equation(&self, o: DVec3, d: DVec3) -> Equation {
         let o = o - self.center;
         let (a, b, r2) = (d.length_squared(), o.dot(d), self.radius * self.radius);
         // a (r² − |o⊥|²) with o⊥ the part of o across the ray: b² − a c cancels badly for distant origins (Hearn and
         // Baker; Haines et al., Ray Tracing Gems 2019, ch. 7).
         let across = o - d * (b / a);
-        let discriminant = a * (r2 - across.length_squared());
-        // An origin that has been moved off the sphere by `error` is on its right side by this difference.
-        let roots = roots(a, b, o.length_squared() - r2, discriminant)?;
-        roots.into_iter().find(|&t| t > 0.0)
+        Equation {
+            a,
+            b,
+            // An origin that has been moved off the sphere by `error` is on its right side by this difference.
+            c: o.length_squared() - r2,
+            discriminant: a * (r2 - across.length_squared()),
+        }
     }
 
     /// Returns `true` if the ray is outside where it begins and at `t_max`, which it reaches before it is nearest to the center: then it meets
@@ -90,6 +109,28 @@ impl Ball {
     #[inline(always)]
     pub(super) fn normal(&self, outward: DVec3) -> DVec3 {
         if self.inward { -outward } else { outward }
+    }
+}
+
+/// a t² + 2 b t + c = 0, as [`super::quadric::roots`] solves it, and b² − a c.
+struct Equation {
+    a: f64,
+    b: f64,
+    c: f64,
+    discriminant: f64,
+}
+
+impl Equation {
+    /// The least root above 0, if there is one: NaN if there are none.
+    #[inline(always)]
+    fn nearest(&self) -> f64 {
+        // Of a negative number NaN.
+        let root = self.discriminant.sqrt();
+        let q = -(self.b + root.copysign(self.b));
+        // q = 0 means b = 0 and discriminant = 0: a double root at 0.
+        let (s, t) = (q / self.a, if q == 0.0 { 0.0 } else { self.c / q });
+        let (less, more) = if s < t { (s, t) } else { (t, s) };
+        if less > 0.0 { less } else { more }
     }
 }
 

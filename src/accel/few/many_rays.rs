@@ -1,9 +1,10 @@
 //! One triangle and sixteen rays side by side.
 
-use super::{CORNERS, COUNTS, Few, Meeting, mask, verdict};
+use super::{Around, BALLS, CORNERS, COUNTS, Few, Meeting, mask, verdict};
 use crate::accel::watertight::REACH;
-use crate::math::Vec3;
 use crate::math::instruction_set::{InstructionSet, Instructions, Kernel};
+use crate::math::{DVec3, Vec3};
+use crate::shapes::ball::Ball;
 use arrayvec::ArrayVec;
 
 /// How many.
@@ -51,25 +52,79 @@ impl Rays {
         (at(&self.o), at(&self.d))
     }
 
-    /// Which triangles each ray meets.
+    /// Where each of them meets a ball; sets `bit` where it does.
     #[inline(always)]
-    pub(super) fn test(&self, instructions: InstructionSet, few: &Few) -> Meetings {
-        instructions.run(Test { rays: self, few })
+    fn distances(&self, ball: &Ball, (bit, met): (u32, &mut [u32; RAYS])) -> [f64; RAYS] {
+        let mut distances = [0.0; RAYS];
+        let at = |rows: &[[f32; RAYS]; 3], i: usize| {
+            DVec3::new(rows[0][i].into(), rows[1][i].into(), rows[2][i].into())
+        };
+        for i in 0..RAYS {
+            let t = ball.distance_if_any(at(&self.o, i), at(&self.d, i));
+            distances[i] = t;
+            met[i] |= mask((t > 0.0) & (t as f32 <= self.end[i])) & bit;
+        }
+        distances
+    }
+
+    /// Sets `bit` where they come near something: by how far their lines pass from its middle, with a margin for squares that cancel.
+    #[inline(always)]
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "a loop over several rows, which vector instructions are made of"
+    )]
+    fn near(&self, around: &Around, (bit, near): (u32, &mut [u32; RAYS])) {
+        const MARGIN: f32 = 1e-4;
+        let Around { center: c, radius } = *around;
+        let r2 = radius * radius;
+        for i in 0..RAYS {
+            let to = [c.x - self.o[0][i], c.y - self.o[1][i], c.z - self.o[2][i]];
+            let along = to[0] * self.d[0][i] + to[1] * self.d[1][i] + to[2] * self.d[2][i];
+            let distance2 = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
+            let limit = r2 + MARGIN * (r2 + distance2);
+            let beside = distance2 - along * along > limit;
+            // Behind its beginning, and outside there.
+            let behind = (along < 0.0) & (distance2 > limit);
+            near[i] |= mask(!(beside | behind | self.end[i].is_nan())) & bit;
+        }
+    }
+
+    /// Adds what each ray meets. Written where it is read: it is large.
+    #[inline(always)]
+    pub(super) fn test(&self, instructions: InstructionSet, few: &Few, met: &mut Meetings) {
+        let rays = self;
+        instructions.run(Test { rays, few, met });
     }
 }
 
-/// The triangles that each ray meets: a bit for each.
+/// What each ray meets.
 pub(super) struct Meetings {
+    /// Triangles: a bit for each.
     met: [[u32; RAYS]; WORDS],
     /// Those of which one edge function is 0.
     on_edge: [[u32; RAYS]; WORDS],
+    /// The balls that each ray meets, and after them others that it may meet: a bit for each.
+    round: [u32; RAYS],
+    /// Where it meets the balls.
+    distances: ArrayVec<[f64; RAYS], BALLS>,
 }
 
 /// Words for as many bits as there may be triangles.
 const WORDS: usize = COUNTS.end().div_ceil(32);
 
 impl Meetings {
-    /// Those of ray `i`.
+    /// None.
+    #[inline(always)]
+    pub(super) fn new() -> Meetings {
+        Meetings {
+            met: [[0; RAYS]; WORDS],
+            on_edge: [[0; RAYS]; WORDS],
+            round: [0; RAYS],
+            distances: ArrayVec::new(),
+        }
+    }
+
+    /// The triangles of ray `i`.
     #[inline(always)]
     pub(super) fn of(&self, i: usize) -> Meeting {
         let i = i % RAYS;
@@ -79,6 +134,19 @@ impl Meetings {
             met: bits(&self.met),
             on_edge: bits(&self.on_edge),
         }
+    }
+
+    /// The balls that ray `i` meets, and after them others that it may meet: a bit for each.
+    #[inline(always)]
+    pub(super) fn round(&self, i: usize) -> u32 {
+        self.round[i % RAYS]
+    }
+
+    /// Where ray `i` meets ball `k`.
+    #[inline(always)]
+    pub(super) fn distance(&self, k: usize, i: usize) -> f64 {
+        let distances = self.distances.get(k);
+        distances.map_or(0.0, |distances| distances[i % RAYS])
     }
 }
 
@@ -150,22 +218,27 @@ impl Shears {
 struct Test<'a> {
     rays: &'a Rays,
     few: &'a Few,
+    met: &'a mut Meetings,
 }
 
 impl Kernel for Test<'_> {
-    type Output = Meetings;
+    type Output = ();
 
     #[inline(always)]
-    fn run(self, _: impl Instructions) -> Meetings {
+    fn run(self, _: impl Instructions) {
         let shears = Shears::new(self.rays);
         let mut places = ArrayVec::<Sheared, CORNERS>::new();
         for &p in &self.few.places {
             places.push(shears.sheared(p));
         }
-        let mut all = Meetings {
-            met: [[0; RAYS]; WORDS],
-            on_edge: [[0; RAYS]; WORDS],
-        };
+        let all = self.met;
+        for (k, (_, ball)) in self.few.balls.iter().enumerate() {
+            let distances = self.rays.distances(ball, (1 << k, &mut all.round));
+            all.distances.push(distances);
+        }
+        for (k, (_, around)) in (self.few.balls.len()..).zip(&self.few.others) {
+            self.rays.near(around, (1 << k, &mut all.round));
+        }
         let words = all.met.iter_mut().zip(&mut all.on_edge);
         for (corners, (met, on_edge)) in self.few.corners.chunks(32).zip(words) {
             for (k, &[a, b, c]) in corners.iter().enumerate() {
@@ -175,7 +248,6 @@ impl Kernel for Test<'_> {
                 }
             }
         }
-        all
     }
 }
 

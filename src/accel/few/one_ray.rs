@@ -34,7 +34,7 @@ impl Lots {
         size_of_val(&self.0[..])
     }
 
-    /// The triangles that the ray meets which ends at `t_max`: for each a bit, [numbered](Lots::triangle) in the triangles' order.
+    /// The triangles that the ray meets, of finite numbers, which ends at `t_max`: for each a bit, [numbered](Lots::triangle) in the triangles' order.
     #[inline(always)]
     pub(super) fn test(
         &self,
@@ -42,9 +42,6 @@ impl Lots {
         (o, d): (Vec3, Vec3),
         t_max: f32,
     ) -> Meeting {
-        if !(o + d).is_finite() {
-            return Meeting::default();
-        }
         instructions.run(Test {
             lots: self,
             ray: (o, d),

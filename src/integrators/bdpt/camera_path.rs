@@ -96,7 +96,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 let (numbers, differentials) = (*self.context.stream, self.differentials);
                 let ray = self.walk.ray;
                 let beyond = (&ray, hit.as_ref());
-                { &mut self.context }
+                self.context
                     .look(|sight| sight.follow(world, beyond, differentials, numbers));
                 let history = self.history(at.p, 1.0);
                 if self.walk.depth >= self.bdpt.max_depth {
@@ -168,7 +168,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let material = world.material(hit.material);
         let scattering = (bsdf, material.is_some_and(Material::has_interior));
         let met = (&self.walk.ray, hit);
-        { &mut self.context }.look(|sight| sight.meet_alone(world, met, scattering, numbers));
+        self.context
+            .look(|sight| sight.meet_alone(world, met, scattering, numbers));
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.

@@ -114,6 +114,7 @@ impl Path {
 
 impl Transport for Path {
     const INDIRECT: bool = true;
+    const IN_WAVES: bool = true;
 
     fn radiance(&self, context: Context) -> Rgb {
         match context.watch {
