@@ -109,7 +109,7 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
         t.is_some_and(|t| self.is_nearer(id, t as f32) && self.accept(id, t as f32))
     }
 
-    /// Returns `true` if a hit is the nearest so far: of equally near ones the first counts, in whatever order they are found.
+    /// Returns `true` if a hit is the nearest so far: of equally near ones of a level the first counts, in whatever order they are found.
     #[inline(always)]
     fn is_nearer(&self, id: PrimitiveId, t: f32) -> bool {
         t < self.t_max || t == self.t_max && self.found.is_some_and(|found| id < found.id)

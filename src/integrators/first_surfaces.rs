@@ -98,12 +98,7 @@ impl Sight {
         stream: SampleStream,
     ) {
         if self.is_looking() {
-            let mut follower = Follower {
-                sight: self,
-                world,
-                stream,
-                null_surfaces: 0,
-            };
+            let mut follower = Follower::new(self, world, stream);
             let next = follower.step(ray, hit, differentials);
             follower.trace(next);
         }
@@ -118,12 +113,7 @@ impl Sight {
         stream: SampleStream,
     ) {
         if self.is_looking() {
-            let mut follower = Follower {
-                sight: self,
-                world,
-                stream,
-                null_surfaces: 0,
-            };
+            let mut follower = Follower::new(self, world, stream);
             let next = follower.scatter(met, scattering);
             follower.trace(next);
         }
@@ -287,7 +277,16 @@ struct Follower<'a> {
     null_surfaces: u32,
 }
 
-impl Follower<'_> {
+impl<'a> Follower<'a> {
+    fn new(sight: &'a mut Sight, world: &'a World, stream: SampleStream) -> Follower<'a> {
+        Follower {
+            sight,
+            world,
+            stream,
+            null_surfaces: 0,
+        }
+    }
+
     /// Traces a ray, and what continues it.
     fn trace(&mut self, mut next: Option<Ray>) {
         while let Some(ray) = next {

@@ -294,9 +294,9 @@ fn glass_and_mirrors_are_followed() {
 }
 
 /// What they note on their own ways is what a ray for the layers alone would have met, as `ambientocclusion` sends one: matte, of which the albedo is
-/// known and of which it is estimated, behind a surface without a material; glass and mirrors, whose ways they all go, are left to that ray.
+/// known and of which it is estimated, behind a surface without a material; glass, of which `bdpt` chooses the ways otherwise, and mirrors.
 #[test]
-fn integrators_of_direct_light_see_the_same_layers() {
+fn integrators_see_the_same_layers() {
     let by = |integrator: &str| {
         let text = format!(
             r#"
@@ -317,7 +317,7 @@ fn integrators_of_direct_light_see_the_same_layers() {
         layers_of(&text, &["--aov", ALL])
     };
     let expected = by("ambientocclusion");
-    for integrator in ["directlighting", "whitted"] {
+    for integrator in ["directlighting", "whitted", "bdpt"] {
         let found = by(integrator);
         let layers = expected
             .by_name

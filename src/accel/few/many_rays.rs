@@ -79,10 +79,12 @@ impl Rays {
         let r2 = radius * radius;
         for i in 0..RAYS {
             let to = [c.x - self.o[0][i], c.y - self.o[1][i], c.z - self.o[2][i]];
-            let along = to[0] * self.d[0][i] + to[1] * self.d[1][i] + to[2] * self.d[2][i];
+            let d = [self.d[0][i], self.d[1][i], self.d[2][i]];
+            let along = to[0] * d[0] + to[1] * d[1] + to[2] * d[2];
+            let length2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
             let distance2 = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
             let limit = r2 + MARGIN * (r2 + distance2);
-            let beside = distance2 - along * along > limit;
+            let beside = distance2 * length2 - along * along > limit * length2;
             // Behind its beginning, and outside there.
             let behind = (along < 0.0) & (distance2 > limit);
             near[i] |= mask(!(beside | behind | self.end[i].is_nan())) & bit;

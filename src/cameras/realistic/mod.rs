@@ -58,22 +58,6 @@ mod photograph;
 mod report;
 mod spec;
 mod stop_shape;
-/// Of light in air, before a lens' own: see [`Weighting`]; for a film of this diagonal, mm.
-fn weight_in_air(spec: &RealisticSpec, diagonal: f64) -> f64 {
-    let (lens, exposure) = (
-        &spec.lens,
-        spec.exposure.factor(&spec.shutter, spec.weighting),
-    );
-    match spec.weighting {
-        Weighting::Physical => exposure,
-        // Relative to the middle of the image at the d line, whatever the medium.
-        Weighting::Simple => {
-            let relative = lens.film_distance() / lens.rear().index;
-            exposure * relative.powi(2) / innermost_box_area(lens, diagonal)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests;
 mod tilted;
@@ -481,6 +465,22 @@ fn camera_from_lens(spec: &RealisticSpec) -> DMat4 {
         Form::Pbrt3 => {
             let film = DVec3::new(0.0, 0.0, spec.lens.film_z());
             DMat4::from_scale(DVec3::splat(1e-3)) * DMat4::from_translation(film) * turned
+        }
+    }
+}
+
+/// Of light in air, before a lens' own: see [`Weighting`]; for a film of this diagonal, mm.
+fn weight_in_air(spec: &RealisticSpec, diagonal: f64) -> f64 {
+    let (lens, exposure) = (
+        &spec.lens,
+        spec.exposure.factor(&spec.shutter, spec.weighting),
+    );
+    match spec.weighting {
+        Weighting::Physical => exposure,
+        // Relative to the middle of the image at the d line, whatever the medium.
+        Weighting::Simple => {
+            let relative = lens.film_distance() / lens.rear().index;
+            exposure * relative.powi(2) / innermost_box_area(lens, diagonal)
         }
     }
 }

@@ -128,7 +128,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         if surface_bsdf(world, hit, differentials, Carries::Radiance, &mut bsdf).is_none() {
             return self.walk.pass(world, hit);
         }
-        self.look_at(hit, &bsdf);
+        self.look_at(hit, &bsdf, differentials);
         if self.walk.depth >= self.bdpt.max_depth {
             return None;
         }
@@ -162,14 +162,21 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         self.walk.arrive(p, cosine)
     }
 
-    /// Looks at a surface, and what may be seen by it, for layers: the path may end there.
-    fn look_at(&mut self, hit: &GeometryHit, bsdf: &Bsdf) {
-        let (world, numbers) = (self.context.world, *self.context.stream);
+    /// Looks at a surface, and what may be seen by it, for layers: the path may end there. By glass as it is, of which the path chooses the ways
+    /// otherwise ([`Bsdf::even_out`]).
+    fn look_at(
+        &mut self,
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        differentials: Option<&RayDifferentials>,
+    ) {
+        let (world, numbers, ray) = (self.context.world, *self.context.stream, self.walk.ray);
         let material = world.material(hit.material);
         let scattering = (bsdf, material.is_some_and(Material::has_interior));
-        let met = (&self.walk.ray, hit);
-        self.context
-            .look(|sight| sight.meet_alone(world, met, scattering, numbers));
+        self.context.look(|sight| match bsdf.has_specular() {
+            true => sight.follow(world, (&ray, Some(hit)), differentials, numbers),
+            false => sight.meet_alone(world, (&ray, hit), scattering, numbers),
+        });
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.
