@@ -36,11 +36,12 @@ pub struct GeometryBuilder {
     instance_count: u32,
     triangles: usize,
     has_recoverable: bool,
+    /// See [`GeometryBuilder::of_world`].
     many_rays: bool,
 }
 
 impl GeometryBuilder {
-    /// For the top level, of which rays are mostly asked many at a time, or one by one.
+    /// For the top level. `many_rays`: whoever searches it mostly has many rays at a time, which may be faster without the tree; hits are the same.
     pub fn of_world(many_rays: bool) -> GeometryBuilder {
         GeometryBuilder {
             many_rays,

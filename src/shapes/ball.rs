@@ -3,7 +3,7 @@
 
 use super::Form;
 use super::local::LocalPoint;
-use super::quadric::ROUNDINGS;
+use super::quadric::{ROUNDINGS, roots_if_any};
 use crate::math::DVec3;
 use crate::math::transform::Transform;
 
@@ -112,7 +112,7 @@ impl Ball {
     }
 }
 
-/// a t² + 2 b t + c = 0, as [`super::quadric::roots`] solves it, and b² − a c.
+/// a t² + 2 b t + c = 0 for the distance t, in units of the direction's length, and b² − a c.
 struct Equation {
     a: f64,
     b: f64,
@@ -121,15 +121,10 @@ struct Equation {
 }
 
 impl Equation {
-    /// The least root above 0, if there is one: NaN if there are none.
+    /// The least root above 0, if there is one: NaN if there are none. (Where a = 0, for no direction, `discriminant` is no number.)
     #[inline(always)]
     fn nearest(&self) -> f64 {
-        // Of a negative number NaN.
-        let root = self.discriminant.sqrt();
-        let q = -(self.b + root.copysign(self.b));
-        // q = 0 means b = 0 and discriminant = 0: a double root at 0.
-        let (s, t) = (q / self.a, if q == 0.0 { 0.0 } else { self.c / q });
-        let (less, more) = if s < t { (s, t) } else { (t, s) };
+        let [less, more] = roots_if_any(self.a, self.b, self.c, self.discriminant);
         if less > 0.0 { less } else { more }
     }
 }

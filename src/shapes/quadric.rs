@@ -359,15 +359,26 @@ pub(super) fn roots(a: f64, b: f64, c: f64, discriminant: f64) -> Option<[f64; 2
     if discriminant.is_nan() || discriminant < 0.0 {
         return None;
     }
-    let root = discriminant.sqrt();
-    let q = -(b + root.copysign(b));
     if a == 0.0 {
-        let t = c / q;
+        let t = c / larger_term(b, discriminant);
         return t.is_finite().then_some([t, t]);
     }
+    Some(roots_if_any(a, b, c, discriminant))
+}
+
+/// The same without a branch, for rays side by side, where a is not 0: NaN if there are none.
+#[inline(always)]
+pub(super) fn roots_if_any(a: f64, b: f64, c: f64, discriminant: f64) -> [f64; 2] {
+    let q = larger_term(b, discriminant);
     // q = 0 means b = 0 and discriminant = 0: a double root at 0.
     let (s, t) = (q / a, if q == 0.0 { 0.0 } else { c / q });
-    Some(if s < t { [s, t] } else { [t, s] })
+    if s < t { [s, t] } else { [t, s] }
+}
+
+/// −b ± √discriminant with the sign that does not cancel.
+#[inline(always)]
+fn larger_term(b: f64, discriminant: f64) -> f64 {
+    -(b + discriminant.sqrt().copysign(b))
 }
 
 /// Where the line `o + t d` is nearest to `center`: t, and the point. Seen from there the

@@ -1,4 +1,4 @@
-//! One triangle and sixteen rays side by side.
+//! One triangle or quadric, and sixteen rays side by side.
 
 use super::{Around, BALLS, CORNERS, COUNTS, Few, Meeting, mask, verdict};
 use crate::accel::watertight::REACH;

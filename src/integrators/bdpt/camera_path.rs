@@ -93,11 +93,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             }
             Met::Medium(at) => {
                 self.arrive(witness::Met::Medium);
-                let (numbers, differentials) = (*self.context.stream, self.differentials);
-                let ray = self.walk.ray;
-                let beyond = (&ray, hit.as_ref());
-                self.context
-                    .look(|sight| sight.follow(world, beyond, differentials, numbers));
+                if self.context.is_looked_at() {
+                    self.look_beyond(hit.as_ref());
+                }
                 let history = self.history(at.p, 1.0);
                 if self.walk.depth >= self.bdpt.max_depth {
                     return None;
@@ -128,7 +126,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         if surface_bsdf(world, hit, differentials, Carries::Radiance, &mut bsdf).is_none() {
             return self.walk.pass(world, hit);
         }
-        self.look_at(hit, &bsdf, differentials);
+        if self.context.is_looked_at() {
+            self.look_at(hit, &bsdf, differentials);
+        }
         if self.walk.depth >= self.bdpt.max_depth {
             return None;
         }
@@ -160,6 +160,14 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             self.walk.onward.before = square(by_connection.into());
         }
         self.walk.arrive(p, cosine)
+    }
+
+    /// Looks at what is behind the point where the path scatters in a medium, for layers.
+    fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
+        let (world, numbers) = (self.context.world, *self.context.stream);
+        let (ray, differentials) = (self.walk.ray, self.differentials);
+        self.context
+            .look(|sight| sight.follow(world, (&ray, hit), differentials, numbers));
     }
 
     /// Looks at a surface, and what may be seen by it, for layers: the path may end there. By glass as it is, of which the path chooses the ways
