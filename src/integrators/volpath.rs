@@ -45,6 +45,17 @@ impl Transport for VolPath {
     }
 }
 
+/// A shadow ray that begins in `medium`, as far as it is to be traced for [`transmittance`].
+pub(super) fn ended(world: &World, shadow: &Ray, medium: Option<MediumId>) -> Ray {
+    let mut ray = *shadow;
+    let whole = medium.is_some_and(|id| world.media.medium(id).is_crossed_whole());
+    if ray.t_max == f32::INFINITY && !whole {
+        let (_, radius) = world.geometry.bounds().bounding_sphere();
+        ray.t_max = 2.0 * radius * SHORT_OF_THE_LIGHT;
+    }
+    ray
+}
+
 /// Transmittance of the shadow ray, which begins in `medium`: black behind anything with a material, else the product
 /// over the media along it.
 ///
@@ -56,12 +67,7 @@ pub(super) fn transmittance(
     shadow: &Ray,
     mut medium: Option<MediumId>,
 ) -> Rgb {
-    let mut ray = *shadow;
-    let whole = medium.is_some_and(|id| world.media.medium(id).is_crossed_whole());
-    if ray.t_max == f32::INFINITY && !whole {
-        let (_, radius) = world.geometry.bounds().bounding_sphere();
-        ray.t_max = 2.0 * radius * SHORT_OF_THE_LIGHT;
-    }
+    let mut ray = ended(world, shadow, medium);
     if !world.has_recoverable_surfaces() {
         return if world.occluded(&ray) {
             Rgb::ZERO

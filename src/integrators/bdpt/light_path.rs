@@ -164,8 +164,8 @@ fn recycled<'b>(mut vertices: Vec<Kept<'_>>) -> Vec<Kept<'b>> {
 }
 
 /// Where a light path begins.
-struct Begun {
-    light: LightId,
+pub(super) struct Begun {
+    pub light: LightId,
     /// The light's probability.
     pmf: f32,
     emission: Emission,
@@ -196,7 +196,9 @@ impl<'a> LightTracer<'_, 'a> {
             visit(begun.light, vertex, stream);
         };
         while walk.depth < self.max_depth {
-            if self.extend(&mut walk, &begun, stream, &mut visit).is_none() {
+            let hit = self.world.intersect(&walk.ray);
+            let at = (&mut walk, hit.as_ref());
+            if self.extend(&begun, at, stream, &mut visit).is_none() {
                 return;
             }
         }
@@ -210,7 +212,7 @@ impl<'a> LightTracer<'_, 'a> {
     }
 
     /// Chooses a light and a ray of it.
-    fn begin(&self, time: f32, stream: &mut SampleStream) -> Option<(Begun, Walk)> {
+    pub(super) fn begin(&self, time: f32, stream: &mut SampleStream) -> Option<(Begun, Walk)> {
         let emitters = self.lights.emitters.as_ref()?;
         let (id, pmf, emission) = emitters.begin(self.world, stream)?;
         let light = self.world.light(id);
@@ -252,18 +254,17 @@ impl<'a> LightTracer<'_, 'a> {
         valid.then_some((begun, walk))
     }
 
-    /// Extends a path by a vertex; `None` where it ends.
-    fn extend(
+    /// Extends a path by a vertex, where its ray has `hit` a surface or before; `None` where it ends.
+    pub(super) fn extend(
         &self,
-        walk: &mut Walk,
         begun: &Begun,
+        (walk, hit): (&mut Walk, Option<&GeometryHit>),
         stream: &mut SampleStream,
         visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let world = self.world;
-        let hit = world.intersect(&walk.ray);
         let mut bsdf = Bsdf::empty();
-        let met = walk.advance(world, hit.as_ref(), stream)?;
+        let met = walk.advance(world, hit, stream)?;
         let vertex = match &met {
             Met::Background => return None,
             Met::Medium(at) => Vertex::Medium(at),

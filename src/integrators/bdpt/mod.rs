@@ -21,6 +21,7 @@
 mod camera_path;
 mod light_end;
 mod light_path;
+mod light_wave;
 mod splat;
 mod strategies;
 mod vertex;
@@ -120,6 +121,7 @@ impl Transport for Bdpt {
     const MEDIA: bool = true;
     const INDIRECT: bool = true;
     const TRACES_LIGHT: bool = true;
+    const IN_WAVES: bool = true;
 
     fn radiance(&self, context: Context) -> Rgb {
         let share = self.connections;

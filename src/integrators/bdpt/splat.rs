@@ -2,13 +2,15 @@
 //! point where it lands. Connections are collected, so that a lens traces many of them side by side.
 
 use super::light_path::{LightTracer, LightVertex};
+use super::light_wave::{Known, trace_all};
 use super::strategies::layer;
 use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
 use crate::handles::{LightId, MediumId};
 use crate::integrators::landing::{for_pixels, reaches_film};
-use crate::integrators::volpath::transmittance;
+use crate::integrators::volpath::{dimmed, ended, transmittance};
 use crate::integrators::{LightJob, Splat};
+use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2, color::is_black};
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
@@ -55,26 +57,31 @@ pub(super) fn splat_paths(
         pending: ArrayVec::new(),
         aims: ArrayVec::new(),
     };
-    for (path, mut stream) in paths {
+    let paths = paths.map(|(path, mut stream)| {
         let (time, wavelength) = skip_camera(job, &mut stream);
-        tracer.trace(time, &mut stream, |begins_at, vertex, stream| {
-            let lens = if job.camera.has_lens() {
-                stream.next_2d()
-            } else {
-                Vec2::splat(0.5)
-            };
-            // No connection where none can be made.
-            let _ = waiting.join(
-                (path, begins_at),
-                &vertex,
-                &LensSample { lens, wavelength },
-                stream,
-            );
-            if waiting.pending.is_full() {
-                waiting.land(splat);
-            }
-        });
-    }
+        let known = Known {
+            path,
+            time,
+            wavelength,
+        };
+        (known, stream)
+    });
+    trace_all(tracer, paths, |known, begun, vertex, stream| {
+        let lens = if job.camera.has_lens() {
+            stream.next_2d()
+        } else {
+            Vec2::splat(0.5)
+        };
+        let at = LensSample {
+            lens,
+            wavelength: known.wavelength,
+        };
+        // No connection where none can be made.
+        let _ = waiting.join((known.path, begun.light), &vertex, &at, stream);
+        if waiting.pending.is_full() {
+            waiting.land(splat);
+        }
+    });
     waiting.land(splat);
 }
 
@@ -112,38 +119,79 @@ impl Waiting<'_, '_> {
 
     /// Finds out where the connections land, and what they bring there.
     fn land(&mut self, splat: &mut impl FnMut(Splat)) {
+        let (world, job) = (self.tracer.world, self.job);
         let mut landings = ArrayVec::new();
-        self.job.camera.land_all(&self.aims, &mut landings);
+        job.camera.land_all(&self.aims, &mut landings);
         let all = self.pending.drain(..).zip(self.aims.drain(..));
-        for ((pending, aim), landing) in all.zip(landings) {
-            if let Some(landing) = landing {
-                bring(self.tracer, self.job, (pending, &aim), &landing, splat);
+        let landed = |((pending, aim), landing)| Landed::of(job, pending, &aim, landing?);
+        let mut landed: ArrayVec<Landed, BUNDLE> = all
+            .zip(landings)
+            .filter_map(|(known, landing)| landed((known, landing)))
+            .collect();
+        if world.has_recoverable_surfaces() {
+            for landed in &mut landed {
+                let Pending { stream, medium, .. } = &mut landed.pending;
+                let left = transmittance(world, stream, &landed.shadow, *medium);
+                bring(self.tracer, job, landed, left, splat);
+            }
+            return;
+        }
+        let shadows: ArrayVec<Ray, BUNDLE> = landed
+            .iter()
+            .map(|landed| ended(world, &landed.shadow, landed.pending.medium))
+            .collect();
+        let mut found = [None; BUNDLE];
+        world.occluders(&shadows, &mut found[..shadows.len()]);
+        for ((landed, shadow), found) in landed.iter_mut().zip(&shadows).zip(&found) {
+            if found.is_none() {
+                let Pending { stream, medium, .. } = &mut landed.pending;
+                let left = dimmed(world, stream, *medium, shadow, shadow.t_max);
+                bring(self.tracer, job, landed, left, splat);
             }
         }
     }
 }
 
-/// Hands the light of a connection to the pixels around the point where it lands.
+/// A connection that may bring light to the film, if nothing is in its way.
+struct Landed {
+    pending: Pending,
+    shadow: Ray,
+    landing: Landing,
+    /// What the path brings if nothing dims it.
+    light: Rgb,
+}
+
+impl Landed {
+    fn of(job: &LightJob, pending: Pending, aim: &Aim, landing: Landing) -> Option<Landed> {
+        let light = pending.light * landing.importance;
+        let is_seen = !is_black(light) && reaches_film(job, landing.raster);
+        is_seen.then_some(Landed {
+            pending,
+            shadow: aim.shadow,
+            landing,
+            light,
+        })
+    }
+}
+
+/// Hands the light of a connection, of which so much is `left`, to the pixels around the point where it lands.
 fn bring(
     tracer: &LightTracer,
     job: &LightJob,
-    (mut pending, aim): (Pending, &Aim),
-    landing: &Landing,
+    landed: &Landed,
+    left: Rgb,
     splat: &mut impl FnMut(Splat),
 ) {
-    let light = pending.light * landing.importance;
-    if is_black(light) || !reaches_film(job, landing.raster) {
-        return;
-    }
-    let left = transmittance(
-        tracer.world,
-        &mut pending.stream,
-        &aim.shadow,
-        pending.medium,
-    );
     if is_black(left) {
         return;
     }
+    let Landed {
+        pending,
+        landing,
+        light,
+        ..
+    } = landed;
+    let light = *light;
     // The camera's own samples come here with this density, in a pixel where those of the film have density 1.
     let camera = f64::from(landing.density) * f64::from(pending.cosine);
     let camera = camera / f64::from(job.light_paths);

@@ -377,6 +377,8 @@ impl RenderJob {
                         by_camera: splat.by_camera * f64::from(job.light_paths),
                     });
                 });
+            // Paths bring it side by side.
+            brought.sort_by_key(|brought: &Brought| brought.path);
             brought
         });
         brought.flatten().collect()

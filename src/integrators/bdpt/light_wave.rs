@@ -1,0 +1,79 @@
+//! Many light paths side by side, whose rays are traced together. Nothing that a path brings depends on the others.
+
+use super::light_path::{Begun, LightTracer, LightVertex};
+use super::walk::Walk;
+use crate::math::ray::Ray;
+use crate::samplers::SampleStream;
+use arrayvec::ArrayVec;
+
+/// Paths that are traced together: enough to fill packets of rays when many of them have ended.
+const WAVE: usize = 64;
+
+/// A path on its way.
+struct Traveler {
+    known: Known,
+    begun: Begun,
+    walk: Walk,
+    stream: SampleStream,
+}
+
+/// What is known of a path before it begins.
+#[derive(Clone, Copy)]
+pub(super) struct Known {
+    /// Its number.
+    pub path: u64,
+    pub time: f32,
+    /// See [`CameraSample::wavelength`](crate::cameras::CameraSample::wavelength).
+    pub wavelength: f32,
+}
+
+/// Traces paths and hands over the light that each begins at with each vertex that can be joined to others: those of a path in order.
+pub(super) fn trace_all<'a>(
+    tracer: &LightTracer<'_, 'a>,
+    mut paths: impl Iterator<Item = (Known, SampleStream)>,
+    mut visit: impl FnMut(&Known, &Begun, LightVertex<'_, 'a>, &mut SampleStream),
+) {
+    let world = tracer.world;
+    let mut travelers = ArrayVec::<Traveler, WAVE>::new();
+    let mut rays = ArrayVec::<Ray, WAVE>::new();
+    let mut found = [None; WAVE];
+    loop {
+        let room = travelers.remaining_capacity();
+        let begin = |(known, stream)| begin(tracer, known, stream);
+        travelers.extend(paths.by_ref().filter_map(begin).take(room));
+        if travelers.is_empty() {
+            return;
+        }
+        rays.clear();
+        rays.extend(travelers.iter().map(|traveler| traveler.walk.ray));
+        world.closest(&rays, &mut found[..rays.len()]);
+        // From the last, so that others take the places of those that end.
+        for i in (0..travelers.len()).rev() {
+            let Traveler {
+                known,
+                begun,
+                walk,
+                stream,
+            } = &mut travelers[i];
+            let hit = found[i].take();
+            let hit = hit.and_then(|found| world.surface(&walk.ray, &found));
+            let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
+                visit(known, begun, vertex, stream)
+            };
+            let extended = tracer.extend(begun, (walk, hit.as_ref()), stream, &mut visit);
+            if extended.is_none() || walk.depth >= tracer.max_depth {
+                travelers.swap_remove(i);
+            }
+        }
+    }
+}
+
+fn begin(tracer: &LightTracer, known: Known, mut stream: SampleStream) -> Option<Traveler> {
+    let (begun, walk) = tracer.begin(known.time, &mut stream)?;
+    (tracer.max_depth > 0).then_some(Traveler {
+        known,
+        begun,
+        walk,
+        stream,
+    })
+}
