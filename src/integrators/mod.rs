@@ -17,6 +17,7 @@ mod kinds;
 mod landing;
 mod parts;
 mod path;
+mod shadows;
 mod specular;
 mod sppm;
 mod stand_in;

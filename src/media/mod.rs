@@ -223,6 +223,12 @@ impl Media {
         self.media.is_empty()
     }
 
+    /// Returns `true` if the transmittance of any is an estimate, for which numbers are drawn.
+    pub fn are_estimated(&self) -> bool {
+        let mut media = self.media.iter();
+        media.any(|medium| !matches!(medium, Medium::Homogeneous(_)))
+    }
+
     /// The medium that light enters which leaves a light at a point with the normal `n`, zero for a light without area, in
     /// direction `d`: the outside one there, as at the camera.
     pub fn at_light(&self, id: LightId, n: Vec3, d: Vec3) -> Option<MediumId> {

@@ -10,41 +10,32 @@ use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
 use super::weights::{History, Onward, square, weight, weight_of_joint};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
-use crate::handles::LightId;
+use crate::handles::{LightId, MediumId};
 use crate::integrators::Sight;
 use crate::integrators::context::Context;
+use crate::integrators::shadows::Shadows;
 use crate::integrators::subsurface::find_exit;
-use crate::integrators::volpath::transmittance;
+use crate::integrators::volpath::{dimmed, ended, transmittance};
 use crate::integrators::witness;
 use crate::lights::LightEnd;
 use crate::materials::Material;
 use crate::math::color::is_black;
-use crate::math::ray::RayDifferentials;
+use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::surface::ReferencePoint;
 
-/// A path from the camera while it is traced. Methods return `None` where it ends.
-pub(super) struct CameraPath<'c, 'a> {
-    pub bdpt: &'c Bdpt,
-    pub context: &'c mut Context<'a>,
+/// What a path from the camera has come to.
+pub(super) struct Trail {
     pub walk: Walk,
-    /// Those of the camera ray, up to its hit.
-    pub differentials: Option<&'a RayDifferentials>,
     /// Light collected so far, but for that of joined paths.
     pub radiance: Rgb,
     /// Light by s ≥ 2.
     pub joined: Rgb,
-    /// What it is joined to.
-    pub light_path: &'c LightPath<'a>,
 }
 
-impl<'c, 'a> CameraPath<'c, 'a> {
+impl Trail {
     /// A path along the camera ray.
-    pub(super) fn new(
-        bdpt: &'c Bdpt,
-        context: &'c mut Context<'a>,
-        light_path: &'c LightPath<'a>,
-    ) -> Self {
+    pub(super) fn new(context: &Context) -> Trail {
         let ray = context.ray;
         let from = ReferencePoint {
             p: ray.o,
@@ -57,31 +48,58 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             before: 0.0,
             rest: 0.0,
         };
-        CameraPath {
-            bdpt,
-            walk: Walk::new(
-                ray,
-                context.world.media.camera,
-                from,
-                Spread::Camera,
-                onward,
-            ),
-            differentials: context.differentials,
-            context,
+        let medium = context.world.media.camera;
+        Trail {
+            walk: Walk::new(ray, medium, from, Spread::Camera, onward),
             radiance: Rgb::ZERO,
             joined: Rgb::ZERO,
-            light_path,
         }
     }
+}
 
+/// A path from the camera while it is traced. Methods return `None` where it ends.
+pub(super) struct CameraPath<'c, 'a> {
+    pub bdpt: &'c Bdpt,
+    pub context: &'c mut Context<'a>,
+    pub trail: &'c mut Trail,
+    /// Those of the camera ray, up to its hit.
+    pub differentials: Option<&'a RayDifferentials>,
+    /// What it is joined to.
+    pub light_path: &'c LightPath<'a>,
+    /// Where shadow rays wait for others, and the number of the path there; else they are traced at once.
+    pub waiting: Option<(&'c mut Shadows<Gain>, u32)>,
+}
+
+/// Light of emitter sampling that a path gains if nothing blocks a shadow ray.
+#[derive(Clone, Copy)]
+pub(super) struct Gain {
+    /// The number of the path.
+    pub path: u32,
+    /// Where it comes from.
+    from: LightId,
+    /// Scattering events of the whole path.
+    depth: u32,
+    /// The medium at the vertex.
+    medium: Option<MediumId>,
+    shadow: Ray,
+    light: Rgb,
+    weight: f32,
+}
+
+impl<'c, 'a> CameraPath<'c, 'a> {
     /// Extends the path by a vertex.
     pub(super) fn extend(&mut self) -> Option<()> {
+        let hit = self.context.world.intersect(&self.trail.walk.ray);
+        self.arrive_at(hit.as_ref())
+    }
+
+    /// Extends the path by a vertex, where its ray has `hit` a surface or before.
+    pub(super) fn arrive_at(&mut self, hit: Option<&GeometryHit>) -> Option<()> {
         let world = self.context.world;
-        let hit = world.intersect(&self.walk.ray);
-        let met = self.walk.advance(world, hit.as_ref(), self.context.stream);
-        if !self.walk.throughput.is_finite() {
+        let met = self.trail.walk.advance(world, hit, self.context.stream);
+        if !self.trail.walk.throughput.is_finite() {
             // The sample is dropped, and counted.
-            self.radiance += self.walk.throughput;
+            self.trail.radiance += self.trail.walk.throughput;
             return None;
         }
         match met? {
@@ -94,10 +112,10 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             Met::Medium(at) => {
                 self.arrive(witness::Met::Medium);
                 if self.context.is_looked_at() {
-                    self.look_beyond(hit.as_ref());
+                    self.look_beyond(hit);
                 }
                 let history = self.history(at.p, 1.0);
-                if self.walk.depth >= self.bdpt.max_depth {
+                if self.trail.walk.depth >= self.bdpt.max_depth {
                     return None;
                 }
                 self.join(Vertex::Medium(&at), &history);
@@ -105,10 +123,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                     return None;
                 }
                 let stream = &mut *self.context.stream;
-                self.walk
+                self.trail
+                    .walk
                     .scatter_in_medium(&at, &history, self.bdpt.connections, stream);
                 self.differentials = None;
-                self.walk.russian_roulette(Rgb::ONE, stream)
+                self.trail.walk.russian_roulette(Rgb::ONE, stream)
             }
             Met::Surface(hit) => self.meet(hit),
         }
@@ -124,15 +143,15 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let differentials = self.differentials.take();
         let mut bsdf = Bsdf::empty();
         if surface_bsdf(world, hit, differentials, Carries::Radiance, &mut bsdf).is_none() {
-            return self.walk.pass(world, hit);
+            return self.trail.walk.pass(world, hit);
         }
         if self.context.is_looked_at() {
             self.look_at(hit, &bsdf, differentials);
         }
-        if self.walk.depth >= self.bdpt.max_depth {
+        if self.trail.walk.depth >= self.bdpt.max_depth {
             return None;
         }
-        let medium = self.walk.medium;
+        let medium = self.trail.walk.medium;
         let bsdf = &bsdf;
         let vertex = Vertex::Surface { hit, bsdf, medium };
         if vertex.connects() {
@@ -148,24 +167,24 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// Where light leaves a material again is a vertex after the same scattering event.
     fn is_spent(&self) -> bool {
         let world = self.context.world;
-        self.walk.depth + 1 >= self.bdpt.max_depth
+        self.trail.walk.depth + 1 >= self.bdpt.max_depth
             && !world.has_visible_lights()
             && !world.has_interiors()
     }
 
     /// The densities at a vertex. The first is where the light pass would join a light path to the lens.
     fn history(&mut self, p: Vec3, cosine: f32) -> History {
-        if let Spread::Camera = self.walk.spread {
+        if let Spread::Camera = self.trail.walk.spread {
             let by_connection = self.context.end.connection_density(p);
-            self.walk.onward.before = square(by_connection.into());
+            self.trail.walk.onward.before = square(by_connection.into());
         }
-        self.walk.arrive(p, cosine)
+        self.trail.walk.arrive(p, cosine)
     }
 
     /// Looks at what is behind the point where the path scatters in a medium, for layers.
     fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
         let (world, numbers) = (self.context.world, *self.context.stream);
-        let (ray, differentials) = (self.walk.ray, self.differentials);
+        let (ray, differentials) = (self.trail.walk.ray, self.differentials);
         self.context
             .look(|sight| sight.follow(world, (&ray, hit), differentials, numbers));
     }
@@ -178,7 +197,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         bsdf: &Bsdf,
         differentials: Option<&RayDifferentials>,
     ) {
-        let (world, numbers, ray) = (self.context.world, *self.context.stream, self.walk.ray);
+        let (world, numbers, ray) = (
+            self.context.world,
+            *self.context.stream,
+            self.trail.walk.ray,
+        );
         let material = world.material(hit.material);
         let scattering = (bsdf, material.is_some_and(Material::has_interior));
         self.context.look(|sight| match bsdf.has_specular() {
@@ -189,8 +212,8 @@ impl<'c, 'a> CameraPath<'c, 'a> {
 
     /// Reports the vertex just reached, for the search for samples that are not finite.
     fn arrive(&mut self, met: witness::Met) {
-        let collected = self.radiance + self.joined;
-        self.context.arrive(self.walk.depth, met, collected);
+        let collected = self.trail.radiance + self.trail.joined;
+        self.context.arrive(self.trail.walk.depth, met, collected);
     }
 
     /// s = 0: the surface emits.
@@ -202,21 +225,29 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         if is_black(radiance) {
             return;
         }
-        let pdf = light.pdf(&self.walk.from, self.walk.ray.d, Some(&hit.surface));
+        let pdf = light.pdf(
+            &self.trail.walk.from,
+            self.trail.walk.ray.d,
+            Some(&hit.surface),
+        );
         let end = LightEnd {
             p: hit.surface.p,
             n: hit.surface.n,
         };
         let weight = self.weight_of_hit(id, end, pdf, history);
-        let depth = self.walk.depth;
-        self.gain_from((id, depth, 0), self.walk.throughput * radiance, weight);
+        let depth = self.trail.walk.depth;
+        self.gain_from(
+            (id, depth, 0),
+            self.trail.walk.throughput * radiance,
+            weight,
+        );
     }
 
     /// Adds what a light has brought, by a path of so many scattering events and s vertices from the light.
     fn gain_from(&mut self, (id, depth, s): (LightId, u32, u32), light: Rgb, weight: f32) {
         let weighted = light * weight;
         self.show(Some(id), (depth, s), light, weighted);
-        self.radiance += weighted;
+        self.trail.radiance += weighted;
     }
 
     /// Tells the layers of light, or those of strategies, if there are any.
@@ -234,12 +265,12 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// s = 0: the ray leaves the scene; the infinite lights.
     fn add_escaped(&mut self) {
         let world = self.context.world;
-        let history = match self.walk.spread {
+        let history = match self.trail.walk.spread {
             Spread::FromPoint { pdf, cosine } => History {
                 density: pdf.into(),
                 backward: cosine.into(),
-                before: self.walk.onward.before,
-                rest: self.walk.onward.rest,
+                before: self.trail.walk.onward.before,
+                rest: self.trail.walk.onward.rest,
             },
             Spread::Beam { .. } | Spread::Camera => History {
                 density: 1.0,
@@ -251,15 +282,19 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         for &id in &world.infinite_lights {
             let (radiance, pdf) = world
                 .light(id)
-                .escaped_and_pdf(&self.walk.from, self.walk.ray.d);
+                .escaped_and_pdf(&self.trail.walk.from, self.trail.walk.ray.d);
             if !is_black(radiance) {
                 let end = LightEnd {
                     p: Vec3::ZERO,
                     n: Vec3::ZERO,
                 };
                 let weight = self.weight_of_hit(id, end, pdf, &history);
-                let depth = self.walk.depth;
-                self.gain_from((id, depth, 0), self.walk.throughput * radiance, weight);
+                let depth = self.trail.walk.depth;
+                self.gain_from(
+                    (id, depth, 0),
+                    self.trail.walk.throughput * radiance,
+                    weight,
+                );
             }
         }
     }
@@ -268,28 +303,28 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// density `pdf` per solid angle.
     fn weight_of_hit(&self, id: LightId, end: LightEnd, pdf: f32, history: &History) -> f32 {
         let (world, lights) = (self.context.world, self.context.lights);
-        if let Spread::Camera = self.walk.spread {
+        if let Spread::Camera = self.trail.walk.spread {
             return 1.0;
         }
-        let pmf = lights.selector.pmf(&self.walk.from, id);
+        let pmf = lights.selector.pmf(&self.trail.walk.from, id);
         if pmf == 0.0 {
             // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
-            return f32::from(u8::from(self.walk.after_delta));
+            return f32::from(u8::from(self.trail.walk.after_delta));
         }
-        let cosine = match self.walk.spread {
+        let cosine = match self.trail.walk.spread {
             Spread::FromPoint { cosine, .. } => cosine,
             Spread::Beam { .. } | Spread::Camera => 1.0,
         };
         let lit = Lit {
             id,
             end,
-            from: &self.walk.from,
+            from: &self.trail.walk.from,
             cosine,
-            wi: self.walk.ray.d,
+            wi: self.trail.walk.ray.d,
             pdf,
         };
         let light = lit.densities(world, lights, pmf);
-        let direct = if self.walk.after_delta {
+        let direct = if self.trail.walk.after_delta {
             0.0
         } else {
             light.direct
@@ -322,13 +357,6 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         if is_black(contribution) {
             return;
         }
-        let medium = vertex.medium_toward(world, light.wi);
-        self.context.shadow(id, false);
-        let left = transmittance(world, self.context.stream, &light.shadow, medium);
-        if is_black(left) {
-            return;
-        }
-        self.context.shadow(id, true);
         // The light is met by chance with the density `forward`, where emitter sampling has pmf · pdf; both per solid angle.
         let met = match light.delta {
             true => 0.0,
@@ -350,15 +378,62 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 history.earlier(begun, scattered.reverse.into())
             }
         };
-        let weight = weight(met, camera);
-        let light = self.walk.throughput * contribution * left;
-        self.gain_from((id, self.walk.depth + 1, 1), light, weight);
+        let walk = &self.trail.walk;
+        let gain = Gain {
+            path: 0,
+            from: id,
+            depth: walk.depth + 1,
+            medium: vertex.medium_toward(world, light.wi),
+            shadow: light.shadow,
+            light: walk.throughput * contribution,
+            weight: weight(met, camera),
+        };
+        self.context.shadow(id, false);
+        self.trace_shadow(gain);
+    }
+
+    /// Adds what comes along a shadow ray, now or when others wait, too.
+    fn trace_shadow(&mut self, gain: Gain) {
+        let world = self.context.world;
+        match &mut self.waiting {
+            Some((shadows, path)) => {
+                let gain = Gain {
+                    path: *path,
+                    ..gain
+                };
+                let shadow = ended(world, &gain.shadow, gain.medium);
+                // There is room for one of each path of a wave.
+                shadows.push(&shadow, gain);
+            }
+            None => {
+                let left = transmittance(world, self.context.stream, &gain.shadow, gain.medium);
+                self.gain(&gain, left);
+            }
+        }
+    }
+
+    /// Adds light that a shadow ray, which nothing has blocked, has let come.
+    pub(super) fn gain_unblocked(&mut self, gain: &Gain) {
+        let world = self.context.world;
+        let shadow = ended(world, &gain.shadow, gain.medium);
+        let stream = &mut *self.context.stream;
+        let left = dimmed(world, stream, gain.medium, &shadow, shadow.t_max);
+        self.gain(gain, left);
+    }
+
+    /// Adds light of emitter sampling, of which so much is `left`.
+    fn gain(&mut self, gain: &Gain, left: Rgb) {
+        if is_black(left) {
+            return;
+        }
+        self.context.shadow(gain.from, true);
+        self.gain_from((gain.from, gain.depth, 1), gain.light * left, gain.weight);
     }
 
     /// s ≥ 2: every vertex of the light path, as far as the path does not become too long.
     fn connect(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
         let from = vertex.reference_point();
-        let left = self.bdpt.max_depth - self.walk.depth;
+        let left = self.bdpt.max_depth - self.trail.walk.depth;
         for end in self.light_path.vertices() {
             // Scattering events: those before the camera's vertex, and it; `end.depth` before the light's, and it.
             if end.depth + 1 > left.saturating_sub(1) {
@@ -379,7 +454,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             };
             // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.
             let joined =
-                self.walk.throughput * here.value * there.value * end.throughput / distance2;
+                self.trail.walk.throughput * here.value * there.value * end.throughput / distance2;
             if is_black(joined) {
                 continue;
             }
@@ -397,11 +472,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             if is_black(left) {
                 continue;
             }
-            let strategy = (self.walk.depth + end.depth + 2, end.depth + 2);
+            let strategy = (self.trail.walk.depth + end.depth + 2, end.depth + 2);
             let light = joined * left / share;
             let weighted = weighted * left;
             self.show(self.light_path.light, strategy, light, weighted);
-            self.joined += weighted;
+            self.trail.joined += weighted;
         }
     }
 
@@ -415,14 +490,17 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let world = self.context.world;
         let turn = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         let sample = &turn.sample;
-        self.walk.throughput *= turn.factor;
+        self.trail.walk.throughput *= turn.factor;
         let follow = |walk: &mut Walk| {
             let link = (history, self.bdpt.connections);
             walk.scatter_at_surface(world, (hit, bsdf), sample, turn.reverse, link);
         };
         if !sample.transmission {
-            follow(&mut self.walk);
-            return self.walk.russian_roulette(turn.judged, self.context.stream);
+            follow(&mut self.trail.walk);
+            return self
+                .trail
+                .walk
+                .russian_roulette(turn.judged, self.context.stream);
         }
         let stream = &mut *self.context.stream;
         let transport = world.subsurface_transport(
@@ -432,40 +510,47 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             differentials,
             || stream.next_1d(),
         );
-        self.walk.throughput *= transport.share;
+        self.trail.walk.throughput *= transport.share;
         let Some(bssrdf) = transport.bssrdf else {
-            follow(&mut self.walk);
+            follow(&mut self.trail.walk);
             return self
+                .trail
                 .walk
                 .russian_roulette(turn.judged * transport.share, self.context.stream);
         };
         if !sample.specular {
-            let mut straight = self.walk;
+            let mut straight = self.trail.walk;
             follow(&mut straight);
             self.look_along(straight);
         }
         let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
-        self.walk.throughput *= exit.weight;
+        self.trail.walk.throughput *= exit.weight;
         let (hit, bsdf) = (&exit.hit, &exit.bsdf);
-        let medium = self.walk.medium;
+        let medium = self.trail.walk.medium;
         self.join(Vertex::Surface { hit, bsdf, medium }, &History::ALONE);
         let next = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
-        self.walk.throughput *= next.factor;
+        self.trail.walk.throughput *= next.factor;
         let link = (&History::ALONE, self.bdpt.connections);
-        self.walk
+        self.trail
+            .walk
             .scatter_at_surface(world, (hit, bsdf), &next.sample, next.reverse, link);
         let judged = turn.judged * transport.share * exit.weight * next.judged;
-        self.walk.russian_roulette(judged, self.context.stream)
+        self.trail
+            .walk
+            .russian_roulette(judged, self.context.stream)
     }
 
     /// Emission along a direction in which the path does not continue: the counterpart of emitter sampling at a rough boundary
     /// below which light is scattered, as in pbrt-v3.
     fn look_along(&mut self, along: Walk) {
         let world = self.context.world;
-        let walk = std::mem::replace(&mut self.walk, along);
+        let walk = std::mem::replace(&mut self.trail.walk, along);
         loop {
-            let hit = world.intersect(&self.walk.ray);
-            let met = self.walk.advance(world, hit.as_ref(), self.context.stream);
+            let hit = world.intersect(&self.trail.walk.ray);
+            let met = self
+                .trail
+                .walk
+                .advance(world, hit.as_ref(), self.context.stream);
             let Some(Met::Surface(hit)) = met else {
                 if let Some(Met::Background) = met {
                     self.add_escaped();
@@ -473,12 +558,12 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 break;
             };
             let cosine = hit.surface.n.dot(hit.surface.wo).abs();
-            let history = self.walk.arrive(hit.surface.p, cosine);
+            let history = self.trail.walk.arrive(hit.surface.p, cosine);
             self.add_emission(hit, &history);
-            if hit.material.is_some() || self.walk.pass(world, hit).is_none() {
+            if hit.material.is_some() || self.trail.walk.pass(world, hit).is_none() {
                 break;
             }
         }
-        self.walk = walk;
+        self.trail.walk = walk;
     }
 }

@@ -105,6 +105,7 @@ impl<'a> Kept<'a> {
 }
 
 /// The vertices of a light path that can be joined to a camera path.
+#[derive(Default)]
 pub(super) struct LightPath<'a> {
     /// Where it begins, if it does.
     pub light: Option<LightId>,

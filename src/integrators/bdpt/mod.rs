@@ -19,6 +19,7 @@
 //! glass or mirrors, which light paths alone find.
 
 mod camera_path;
+mod camera_wave;
 mod light_end;
 mod light_path;
 mod light_wave;
@@ -28,13 +29,14 @@ mod vertex;
 mod walk;
 mod weights;
 
-use super::context::{Context, Lights};
+use super::context::{Bundle, Context, Lights, WAVE};
 use super::{Beginning, LightJob, Path, Splat, Transport};
 use crate::lights::SelectionStrategy;
 use crate::math::Rgb;
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
-use camera_path::CameraPath;
+use arrayvec::ArrayVec;
+use camera_path::{CameraPath, Trail};
 use light_path::{LightPath, LightTracer};
 
 pub(super) use light_path::SpareVertices;
@@ -96,6 +98,12 @@ impl Bdpt {
         }
     }
 
+    /// Returns `true` if a camera path, whose first number decides, is joined to a light path.
+    fn joins(&self, stream: &mut SampleStream) -> bool {
+        let share = self.connections;
+        share >= 1.0 || (share > 0.0 && stream.next_1d() < share)
+    }
+
     /// Radiance along the camera ray: that of camera paths, and of those that are joined to a light path if this one `joins`.
     fn parts(&self, mut context: Context, joins: bool) -> [Rgb; 2] {
         let mut light_path = LightPath::in_spare(&mut context.workspace.vertices);
@@ -109,9 +117,17 @@ impl Bdpt {
             };
             light_path.trace(&tracer, context.ray.time, context.stream);
         }
-        let mut path = CameraPath::new(self, &mut context, &light_path);
+        let mut trail = Trail::new(&context);
+        let mut path = CameraPath {
+            bdpt: self,
+            differentials: context.differentials,
+            context: &mut context,
+            trail: &mut trail,
+            light_path: &light_path,
+            waiting: None,
+        };
         while path.extend().is_some() {}
-        let parts = [path.radiance, path.joined];
+        let parts = [trail.radiance, trail.joined];
         light_path.give_back(&mut context.workspace.vertices);
         parts
     }
@@ -124,10 +140,13 @@ impl Transport for Bdpt {
     const IN_WAVES: bool = true;
 
     fn radiance(&self, context: Context) -> Rgb {
-        let share = self.connections;
-        let joins = share >= 1.0 || (share > 0.0 && context.stream.next_1d() < share);
+        let joins = self.joins(context.stream);
         let [radiance, joined] = self.parts(context, joins);
         radiance + joined
+    }
+
+    fn radiances(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+        camera_wave::radiances(self, bundle, out);
     }
 
     fn radiance_in_parts(&self, context: Context) -> [Rgb; 2] {

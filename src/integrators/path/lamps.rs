@@ -4,7 +4,6 @@
 //! over them that has no branches: it is compiled to vector instructions. Bits are those of one at a time.
 
 use super::emitter_sampling::weighted;
-use super::shadows::Gain;
 use crate::bsdf::{Scatterer, ScattererRows};
 use crate::handles::LightId;
 use crate::integrators::context::WAVE;
@@ -17,6 +16,15 @@ use crate::math::{Rgb, Vec2};
 use crate::shapes::emitter::{BranchlessEmitter, Emitter};
 use crate::surface::ReferencePoint;
 use crate::world::World;
+
+/// Light that a path gains if nothing blocks a shadow ray.
+#[derive(Clone, Copy)]
+pub(super) struct Gain {
+    pub path: u32,
+    /// Where it comes from.
+    pub from: LightId,
+    pub light: Rgb,
+}
 
 /// Vertices side by side.
 const ROOM: usize = WAVE;

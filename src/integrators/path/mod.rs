@@ -15,7 +15,6 @@ mod emitter_sampling;
 mod lamps;
 mod medium;
 mod roulette;
-mod shadows;
 #[cfg(test)]
 mod testing;
 mod wave;

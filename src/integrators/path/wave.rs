@@ -10,13 +10,13 @@ mod emitters;
 mod vertices;
 
 use super::emission::{MisState, Sampled};
-use super::lamps::Lamps;
-use super::shadows::Shadows;
+use super::lamps::{Gain, Lamps};
 use super::{Path, PathState, Trail};
 use crate::accel::{BareHits, BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
 use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::integrators::Sight;
 use crate::integrators::context::{Bundle, CameraPath, WAVE, Workspace};
+use crate::integrators::shadows::Shadows;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2};
@@ -47,7 +47,7 @@ struct Paths {
     trails: Vec<Trail>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
-    shadows: Shadows,
+    shadows: Shadows<Gain>,
 }
 
 /// The vertices of a kind.

@@ -7,8 +7,7 @@ use crate::handles::LightId;
 use crate::integrators::context::{CameraPath, Lights, WAVE};
 use crate::integrators::path::Trail;
 use crate::integrators::path::emitter_sampling::choose;
-use crate::integrators::path::lamps::Lamps;
-use crate::integrators::path::shadows::Gain;
+use crate::integrators::path::lamps::{Gain, Lamps};
 use crate::world::World;
 
 impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {

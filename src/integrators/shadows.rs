@@ -1,8 +1,6 @@
 //! Shadow rays that wait to be traced together, and what arrives along those that meet nothing.
 
 use crate::accel::ClosestHit;
-use crate::handles::LightId;
-use crate::math::Rgb;
 use crate::math::ray::Ray;
 use crate::world::World;
 use arrayvec::ArrayVec;
@@ -10,24 +8,15 @@ use arrayvec::ArrayVec;
 /// Rays that can wait.
 const ROOM: usize = 256;
 
-/// Light that a path gains if nothing blocks a shadow ray.
-#[derive(Clone, Copy)]
-pub(super) struct Gain {
-    pub path: u32,
-    /// Where it comes from.
-    pub from: LightId,
-    pub light: Rgb,
-}
-
-/// What waits is added to what paths have collected in the order in which it came.
-pub(super) struct Shadows {
+/// What waits is added to what paths have collected in the order in which it came. `G`: what is gained if nothing blocks a ray.
+pub(super) struct Shadows<G> {
     rays: ArrayVec<Ray, ROOM>,
-    gains: ArrayVec<Gain, ROOM>,
+    gains: ArrayVec<G, ROOM>,
     /// What blocks the rays.
     found: [Option<ClosestHit>; ROOM],
 }
 
-impl Default for Shadows {
+impl<G> Default for Shadows<G> {
     fn default() -> Self {
         Shadows {
             rays: ArrayVec::new(),
@@ -37,17 +26,17 @@ impl Default for Shadows {
     }
 }
 
-impl Shadows {
+impl<G: Copy> Shadows<G> {
     /// Keeps a shadow ray. Returns `true` if the next one needs room: [`Shadows::trace`].
     #[inline(always)]
-    pub(super) fn push(&mut self, shadow: &Ray, gain: Gain) -> bool {
+    pub(super) fn push(&mut self, shadow: &Ray, gain: G) -> bool {
         let _ = self.rays.try_push(*shadow);
         let _ = self.gains.try_push(gain);
         self.rays.is_full()
     }
 
     /// Traces all that wait.
-    pub(super) fn trace(&mut self, world: &World, mut add: impl FnMut(Gain)) {
+    pub(super) fn trace(&mut self, world: &World, mut add: impl FnMut(G)) {
         world.occluders(&self.rays, &mut self.found);
         for (&gain, found) in self.gains.iter().zip(&self.found) {
             if found.is_none() {
