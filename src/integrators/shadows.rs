@@ -35,6 +35,11 @@ impl<G: Copy> Shadows<G> {
         self.rays.is_full()
     }
 
+    /// So many can still wait.
+    pub(super) fn room(&self) -> usize {
+        self.rays.remaining_capacity()
+    }
+
     /// Traces all that wait.
     pub(super) fn trace(&mut self, world: &World, mut add: impl FnMut(G)) {
         world.occluders(&self.rays, &mut self.found);

@@ -2,8 +2,8 @@
 //! one (s ≥ 2).
 
 use super::Bdpt;
+use super::kept::LightPath;
 use super::light_end::Lit;
-use super::light_path::LightPath;
 use super::strategies::layer;
 use super::vertex::Vertex;
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
@@ -65,25 +65,26 @@ pub(super) struct CameraPath<'c, 'a> {
     /// Those of the camera ray, up to its hit.
     pub differentials: Option<&'a RayDifferentials>,
     /// What it is joined to.
-    pub light_path: &'c LightPath<'a>,
+    pub light_path: LightPath<'c, 'a>,
     /// Where shadow rays wait for others, and the number of the path there; else they are traced at once.
     pub waiting: Option<(&'c mut Shadows<Gain>, u32)>,
 }
 
-/// Light of emitter sampling that a path gains if nothing blocks a shadow ray.
+/// Light that a path gains if nothing blocks a shadow ray.
 #[derive(Clone, Copy)]
 pub(super) struct Gain {
     /// The number of the path.
     pub path: u32,
     /// Where it comes from.
-    from: LightId,
-    /// Scattering events of the whole path.
-    depth: u32,
-    /// The medium at the vertex.
-    medium: Option<MediumId>,
+    from: Option<LightId>,
+    /// Scattering events of the whole path, and its vertices from the light.
+    strategy: (u32, u32),
     shadow: Ray,
+    /// The medium where that begins.
+    medium: Option<MediumId>,
+    /// Without and with its weight.
     light: Rgb,
-    weight: f32,
+    weighted: Rgb,
 }
 
 impl<'c, 'a> CameraPath<'c, 'a> {
@@ -347,20 +348,22 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let Some((id, pmf)) = lights.selector.sample(&from, choice) else {
             return;
         };
-        let Some((light, end)) = world.light(id).sample_with_end(&from, u) else {
+        let Some((arriving, end)) = world.light(id).sample_with_end(&from, u) else {
             return;
         };
-        let Some(scattered) = vertex.radiance(light.wi) else {
+        let Some(scattered) = vertex.radiance(arriving.wi) else {
             return;
         };
-        let contribution = scattered.value * light.radiance / (pmf * light.pdf);
+        let contribution = scattered.value * arriving.radiance / (pmf * arriving.pdf);
         if is_black(contribution) {
             return;
         }
         // The light is met by chance with the density `forward`, where emitter sampling has pmf · pdf; both per solid angle.
-        let met = match light.delta {
+        let met = match arriving.delta {
             true => 0.0,
-            false => square(f64::from(scattered.forward) / (f64::from(pmf) * f64::from(light.pdf))),
+            false => {
+                square(f64::from(scattered.forward) / (f64::from(pmf) * f64::from(arriving.pdf)))
+            }
         };
         let camera = match history.is_alone() {
             true => 0.0,
@@ -369,27 +372,27 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                     id,
                     end,
                     from: &from,
-                    cosine: vertex.cosine(light.wi),
-                    wi: light.wi,
-                    pdf: light.pdf,
+                    cosine: vertex.cosine(arriving.wi),
+                    wi: arriving.wi,
+                    pdf: arriving.pdf,
                 };
                 let densities = lit.densities(world, lights, pmf);
                 let begun = densities.onward * densities.emitted / densities.direct;
                 history.earlier(begun, scattered.reverse.into())
             }
         };
-        let walk = &self.trail.walk;
-        let gain = Gain {
-            path: 0,
-            from: id,
-            depth: walk.depth + 1,
-            medium: vertex.medium_toward(world, light.wi),
-            shadow: light.shadow,
-            light: walk.throughput * contribution,
-            weight: weight(met, camera),
-        };
+        let weight = weight(met, camera);
+        let light = self.trail.walk.throughput * contribution;
         self.context.shadow(id, false);
-        self.trace_shadow(gain);
+        self.trace_shadow(Gain {
+            path: 0,
+            from: Some(id),
+            strategy: (self.trail.walk.depth + 1, 1),
+            shadow: arriving.shadow,
+            medium: vertex.medium_toward(world, arriving.wi),
+            light,
+            weighted: light * weight,
+        });
     }
 
     /// Adds what comes along a shadow ray, now or when others wait, too.
@@ -402,7 +405,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                     ..gain
                 };
                 let shadow = ended(world, &gain.shadow, gain.medium);
-                // There is room for one of each path of a wave.
+                // There is room: see `shadow_rays`.
                 shadows.push(&shadow, gain);
             }
             None => {
@@ -410,6 +413,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 self.gain(&gain, left);
             }
         }
+    }
+
+    /// Shadow rays of a step at most, where no path comes to two vertices in one.
+    pub(super) fn shadow_rays(light_path: LightPath) -> usize {
+        1 + light_path.vertices().count()
     }
 
     /// Adds light that a shadow ray, which nothing has blocked, has let come.
@@ -421,13 +429,22 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         self.gain(gain, left);
     }
 
-    /// Adds light of emitter sampling, of which so much is `left`.
+    /// Adds light of which so much is `left` along a shadow ray.
     fn gain(&mut self, gain: &Gain, left: Rgb) {
         if is_black(left) {
             return;
         }
-        self.context.shadow(gain.from, true);
-        self.gain_from((gain.from, gain.depth, 1), gain.light * left, gain.weight);
+        let weighted = gain.weighted * left;
+        self.show(gain.from, gain.strategy, gain.light * left, weighted);
+        match gain.strategy {
+            (_, 1) => {
+                if let Some(id) = gain.from {
+                    self.context.shadow(id, true);
+                }
+                self.trail.radiance += weighted;
+            }
+            _ => self.trail.joined += weighted,
+        }
     }
 
     /// s ≥ 2: every vertex of the light path, as far as the path does not become too long.
@@ -466,17 +483,15 @@ impl<'c, 'a> CameraPath<'c, 'a> {
                 .history
                 .earlier(onto(here.forward, other), there.reverse.into());
             let share = self.bdpt.connections;
-            let weighted = joined * (weight_of_joint(light, camera, share) / share);
-            let medium = vertex.medium_toward(self.context.world, w);
-            let left = transmittance(self.context.world, self.context.stream, &shadow, medium);
-            if is_black(left) {
-                continue;
-            }
-            let strategy = (self.trail.walk.depth + end.depth + 2, end.depth + 2);
-            let light = joined * left / share;
-            let weighted = weighted * left;
-            self.show(self.light_path.light, strategy, light, weighted);
-            self.trail.joined += weighted;
+            self.trace_shadow(Gain {
+                path: 0,
+                from: self.light_path.light(),
+                strategy: (self.trail.walk.depth + end.depth + 2, end.depth + 2),
+                shadow,
+                medium: vertex.medium_toward(self.context.world, w),
+                light: joined / share,
+                weighted: joined * (weight_of_joint(light, camera, share) / share),
+            });
         }
     }
 

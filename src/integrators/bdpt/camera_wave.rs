@@ -3,97 +3,181 @@
 
 use super::Bdpt;
 use super::camera_path::{CameraPath, Gain, Trail};
-use super::light_path::LightPath;
+use super::kept::{LightPath, LightPaths};
+use super::light_path::LightVertex;
+use super::light_wave::{Known, Visitor, trace_all};
 use crate::accel::ClosestHit;
+use crate::handles::LightId;
 use crate::integrators::context::{Bundle, WAVE};
 use crate::integrators::shadows::Shadows;
 use crate::math::Rgb;
 use crate::math::ray::Ray;
+use crate::samplers::SampleStream;
 use crate::world::World;
 use arrayvec::ArrayVec;
 
 /// Paths on their way.
-struct Wave {
+struct Wave<'a, 'p> {
+    bdpt: &'a Bdpt,
+    bundle: Bundle<'a, 'p>,
     /// By path.
     trails: ArrayVec<Trail, WAVE>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
+    /// Whether shadow rays wait for others.
+    waits: bool,
 }
 
-/// The radiance along each path of the bundle. Those that are joined to light paths go by themselves.
+/// The radiance along each path of the bundle.
 pub(super) fn radiances(bdpt: &Bdpt, mut bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
-    let mut wave = Wave {
-        trails: ArrayVec::new(),
-        walking: ArrayVec::new(),
-        shadows: Shadows::default(),
-    };
+    let (mut trails, mut joined) = (ArrayVec::<Trail, WAVE>::new(), ArrayVec::<u32, WAVE>::new());
     for path in 0..bundle.paths.len().min(WAVE) {
         let context = bundle.context(path);
-        let mut trail = Trail::new(&context);
+        trails.push(Trail::new(&context));
         if bdpt.joins(context.stream) {
-            [trail.radiance, trail.joined] = bdpt.parts(context, true);
-        } else {
-            wave.walking.push(path as u32);
+            joined.push(path as u32);
         }
-        wave.trails.push(trail);
     }
+    let light_paths = trace_light_paths(bdpt, &mut bundle, &joined);
+    let mut wave = Wave {
+        bdpt,
+        walking: (0..trails.len() as u32).collect(),
+        trails,
+        shadows: Shadows::default(),
+        waits: shadows_may_wait(bundle.world),
+        bundle,
+    };
     let mut is_first = true;
     while !wave.walking.is_empty() {
-        wave.extend(bdpt, &mut bundle, is_first);
+        wave.extend(&light_paths, is_first);
         is_first = false;
     }
-    out.extend(
-        wave.trails
-            .iter()
-            .map(|trail| trail.radiance + trail.joined),
-    );
+    let brought = |trail: &Trail| trail.radiance + trail.joined;
+    out.extend(wave.trails.iter().map(brought));
+    light_paths.give_back(&mut wave.bundle.workspace.vertices);
 }
 
-impl Wave {
+/// Traces light paths for those camera paths that are `joined` to one.
+fn trace_light_paths<'a>(
+    bdpt: &Bdpt,
+    bundle: &mut Bundle<'a, '_>,
+    joined: &[u32],
+) -> LightPaths<'a> {
+    let (world, lights) = (bundle.world, bundle.lights);
+    let tracer = bdpt.joinable(world, lights);
+    let room = (joined.len(), tracer.max_depth);
+    let light_paths = LightPaths::in_spare(&mut bundle.workspace.vertices, room);
+    if joined.is_empty() {
+        return light_paths;
+    }
+    let mut keeper = Keeper {
+        light_paths,
+        ended: [None; WAVE],
+    };
+    let begin = |&path: &u32| {
+        let of_camera = &bundle.paths[path as usize];
+        let known = Known {
+            path: path.into(),
+            time: of_camera.end.ray.ray.time,
+            wavelength: 0.0,
+        };
+        (known, *of_camera.stream)
+    };
+    trace_all(&tracer, joined.iter().map(begin), &mut keeper);
+    for &path in joined {
+        if let Some(stream) = keeper.ended[path as usize] {
+            *bundle.paths[path as usize].stream = stream;
+        }
+    }
+    keeper.light_paths
+}
+
+/// Keeps light paths, and the numbers that they leave for the camera paths.
+struct Keeper<'a> {
+    light_paths: LightPaths<'a>,
+    ended: [Option<SampleStream>; WAVE],
+}
+
+impl<'a> Visitor<'a> for Keeper<'a> {
+    fn visit(
+        &mut self,
+        known: &Known,
+        light: LightId,
+        vertex: LightVertex<'_, 'a>,
+        _: &mut SampleStream,
+    ) {
+        self.light_paths.push(known.path as usize, light, &vertex);
+    }
+
+    fn end(&mut self, known: &Known, stream: &SampleStream) {
+        self.ended[known.path as usize] = Some(*stream);
+    }
+}
+
+impl<'a> Wave<'a, '_> {
     /// Extends all paths by a vertex.
-    fn extend(&mut self, bdpt: &Bdpt, bundle: &mut Bundle, is_first: bool) {
-        let world = bundle.world;
-        let waits = shadows_may_wait(world);
+    fn extend(&mut self, light_paths: &LightPaths<'a>, is_first: bool) {
+        let world = self.bundle.world;
         let mut found = [None; WAVE];
-        self.closest(world, &mut found);
-        let light_path = LightPath::default();
+        self.closest(&mut found);
         for (path, found) in std::mem::take(&mut self.walking).into_iter().zip(found) {
+            let light_path = light_paths.path(path as usize);
+            let waits = self.waits && self.make_room(CameraPath::shadow_rays(light_path));
             let trail = &mut self.trails[path as usize];
             let hit = found.and_then(|found| world.surface(&trail.walk.ray, &found));
-            let mut context = bundle.context(path as usize);
+            let mut context = self.bundle.context(path as usize);
             let mut state = CameraPath {
-                bdpt,
+                bdpt: self.bdpt,
                 differentials: context.differentials.filter(|_| is_first),
                 context: &mut context,
                 trail,
-                light_path: &light_path,
+                light_path,
                 waiting: waits.then_some((&mut self.shadows, path)),
             };
             if state.arrive_at(hit.as_ref()).is_some() {
                 self.walking.push(path);
             }
         }
-        let trails = &mut self.trails;
-        self.shadows.trace(world, |gain| {
+        self.trace_shadows();
+    }
+
+    /// What the paths hit.
+    fn closest(&self, found: &mut [Option<ClosestHit>; WAVE]) {
+        let ray = |&path: &u32| self.trails[path as usize].walk.ray;
+        let rays: ArrayVec<Ray, WAVE> = self.walking.iter().map(ray).collect();
+        let found = &mut found[..rays.len()];
+        self.bundle.world.closest(&rays, found);
+    }
+
+    /// Returns `true` if there is room for so many shadow rays, now at least.
+    fn make_room(&mut self, count: usize) -> bool {
+        if self.shadows.room() < count {
+            self.trace_shadows();
+        }
+        self.shadows.room() >= count
+    }
+
+    /// Adds the light that nothing blocks.
+    fn trace_shadows(&mut self) {
+        let Wave {
+            bdpt,
+            bundle,
+            trails,
+            ..
+        } = self;
+        self.shadows.trace(bundle.world, |gain| {
             let mut context = bundle.context(gain.path as usize);
             let mut state = CameraPath {
                 bdpt,
                 differentials: None,
                 context: &mut context,
                 trail: &mut trails[gain.path as usize],
-                light_path: &light_path,
+                light_path: LightPath::default(),
                 waiting: None,
             };
             state.gain_unblocked(&gain);
         });
-    }
-
-    /// What the paths hit.
-    fn closest(&self, world: &World, found: &mut [Option<ClosestHit>; WAVE]) {
-        let ray = |&path: &u32| self.trails[path as usize].walk.ray;
-        let rays: ArrayVec<Ray, WAVE> = self.walking.iter().map(ray).collect();
-        world.closest(&rays, &mut found[..rays.len()]);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Paths from the lights: kept, so that camera paths can be joined to them, or splatted onto the film vertex by vertex.
+//! Paths from the lights, vertex by vertex.
 
 use super::Bdpt;
 use super::light_end::{Lit, end_as_hit};
@@ -8,19 +8,15 @@ use super::weights::{History, Onward, square};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, BsdfSample, Lobe};
 use crate::bssrdf::Bssrdf;
-use crate::handles::{LightId, MediumId};
+use crate::handles::LightId;
 use crate::integrators::Beginning;
 use crate::integrators::context::Lights;
 use crate::integrators::subsurface::find_exit;
-use crate::integrators::vertex::MediumVertex;
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::{ReceiverSide, ReferencePoint};
 use crate::world::World;
-
-/// Room for so many vertices is made before there are any.
-const INITIAL_CAPACITY: u32 = 16;
 
 /// A vertex that other subpaths can be joined to.
 #[derive(Clone, Copy)]
@@ -30,138 +26,6 @@ pub(super) struct LightVertex<'v, 'a> {
     pub history: History,
     /// Scattering events before it.
     pub depth: u32,
-}
-
-/// A [`LightVertex`] that is kept.
-struct Kept<'a> {
-    at: Place<'a>,
-    throughput: Rgb,
-    history: History,
-    depth: u32,
-}
-
-/// A [`Vertex`] that is kept.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "most are surfaces, and none is allocated by itself"
-)]
-enum Place<'a> {
-    Surface {
-        hit: GeometryHit,
-        bsdf: Bsdf<'a>,
-        medium: Option<MediumId>,
-    },
-    Medium(MediumVertex),
-}
-
-impl<'a> LightVertex<'_, 'a> {
-    fn keep(&self) -> Kept<'a> {
-        let at = match self.vertex {
-            Vertex::Surface { hit, bsdf, medium } => Place::Surface {
-                hit: *hit,
-                bsdf: bsdf.clone(),
-                medium,
-            },
-            Vertex::Medium(at) => Place::Medium(*at),
-        };
-        let &LightVertex {
-            throughput,
-            history,
-            depth,
-            ..
-        } = self;
-        Kept {
-            at,
-            throughput,
-            history,
-            depth,
-        }
-    }
-}
-
-impl<'a> Kept<'a> {
-    fn view(&self) -> LightVertex<'_, 'a> {
-        let vertex = match &self.at {
-            Place::Surface { hit, bsdf, medium } => Vertex::Surface {
-                hit,
-                bsdf,
-                medium: *medium,
-            },
-            Place::Medium(at) => Vertex::Medium(at),
-        };
-        let &Kept {
-            throughput,
-            history,
-            depth,
-            ..
-        } = self;
-        LightVertex {
-            vertex,
-            throughput,
-            history,
-            depth,
-        }
-    }
-}
-
-/// The vertices of a light path that can be joined to a camera path.
-#[derive(Default)]
-pub(super) struct LightPath<'a> {
-    /// Where it begins, if it does.
-    pub light: Option<LightId>,
-    vertices: Vec<Kept<'a>>,
-}
-
-/// The memory of a light path's vertices between one sample and the next.
-#[derive(Default)]
-pub(in crate::integrators) struct SpareVertices(Vec<Kept<'static>>);
-
-impl<'a> LightPath<'a> {
-    /// An empty path in the memory of the last one.
-    pub(super) fn in_spare(spare: &mut SpareVertices) -> LightPath<'a> {
-        LightPath {
-            light: None,
-            vertices: recycled(std::mem::take(&mut spare.0)),
-        }
-    }
-
-    /// Gives the memory back.
-    pub(super) fn give_back(self, spare: &mut SpareVertices) {
-        spare.0 = recycled(self.vertices);
-    }
-
-    /// From the light on; not the point on the light.
-    pub(super) fn vertices(&self) -> impl Iterator<Item = LightVertex<'_, 'a>> {
-        self.vertices.iter().map(Kept::view)
-    }
-
-    /// Replaces the path by another.
-    pub(super) fn trace(
-        &mut self,
-        tracer: &LightTracer<'_, 'a>,
-        time: f32,
-        stream: &mut SampleStream,
-    ) {
-        self.vertices.clear();
-        // At once, so that later paths need no more.
-        self.vertices
-            .reserve(tracer.max_depth.min(INITIAL_CAPACITY) as usize);
-        tracer.trace(time, stream, |light, vertex, _| {
-            self.light = Some(light);
-            self.vertices.push(vertex.keep());
-        });
-    }
-}
-
-/// The memory of `vertices` for others, which may refer to another world: elements of equal size are collected where they
-/// were, and there are none.
-#[expect(
-    clippy::unnecessary_filter_map,
-    reason = "elements of another lifetime, of which there are none"
-)]
-fn recycled<'b>(mut vertices: Vec<Kept<'_>>) -> Vec<Kept<'b>> {
-    vertices.clear();
-    vertices.into_iter().filter_map(|_| None).collect()
 }
 
 /// Where a light path begins.

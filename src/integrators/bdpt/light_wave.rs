@@ -2,6 +2,7 @@
 
 use super::light_path::{Begun, LightTracer, LightVertex};
 use super::walk::Walk;
+use crate::handles::LightId;
 use crate::math::ray::Ray;
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
@@ -27,11 +28,26 @@ pub(super) struct Known {
     pub wavelength: f32,
 }
 
-/// Traces paths and hands over the light that each begins at with each vertex that can be joined to others: those of a path in order.
+/// What is told of paths on their way.
+pub(super) trait Visitor<'a> {
+    /// A path has come to a vertex that can be joined to others: those of a path in order.
+    fn visit(
+        &mut self,
+        known: &Known,
+        light: LightId,
+        vertex: LightVertex<'_, 'a>,
+        stream: &mut SampleStream,
+    );
+
+    /// A path has ended, and leaves these numbers.
+    fn end(&mut self, _known: &Known, _stream: &SampleStream) {}
+}
+
+/// Traces paths.
 pub(super) fn trace_all<'a>(
     tracer: &LightTracer<'_, 'a>,
     mut paths: impl Iterator<Item = (Known, SampleStream)>,
-    mut visit: impl FnMut(&Known, &Begun, LightVertex<'_, 'a>, &mut SampleStream),
+    visitor: &mut impl Visitor<'a>,
 ) {
     let world = tracer.world;
     let mut travelers = ArrayVec::<Traveler, WAVE>::new();
@@ -39,7 +55,7 @@ pub(super) fn trace_all<'a>(
     let mut found = [None; WAVE];
     loop {
         let room = travelers.remaining_capacity();
-        let begin = |(known, stream)| begin(tracer, known, stream);
+        let begin = |(known, stream)| begin(tracer, known, stream, visitor);
         travelers.extend(paths.by_ref().filter_map(begin).take(room));
         if travelers.is_empty() {
             return;
@@ -58,19 +74,29 @@ pub(super) fn trace_all<'a>(
             let hit = found[i].take();
             let hit = hit.and_then(|found| world.surface(&walk.ray, &found));
             let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
-                visit(known, begun, vertex, stream)
+                visitor.visit(known, begun.light, vertex, stream);
             };
             let extended = tracer.extend(begun, (walk, hit.as_ref()), stream, &mut visit);
             if extended.is_none() || walk.depth >= tracer.max_depth {
+                visitor.end(known, stream);
                 travelers.swap_remove(i);
             }
         }
     }
 }
 
-fn begin(tracer: &LightTracer, known: Known, mut stream: SampleStream) -> Option<Traveler> {
-    let (begun, walk) = tracer.begin(known.time, &mut stream)?;
-    (tracer.max_depth > 0).then_some(Traveler {
+fn begin<'a>(
+    tracer: &LightTracer<'_, 'a>,
+    known: Known,
+    mut stream: SampleStream,
+    visitor: &mut impl Visitor<'a>,
+) -> Option<Traveler> {
+    let begun = tracer.begin(known.time, &mut stream);
+    let Some((begun, walk)) = begun.filter(|_| tracer.max_depth > 0) else {
+        visitor.end(&known, &stream);
+        return None;
+    };
+    Some(Traveler {
         known,
         begun,
         walk,

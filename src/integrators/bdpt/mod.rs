@@ -20,6 +20,7 @@
 
 mod camera_path;
 mod camera_wave;
+mod kept;
 mod light_end;
 mod light_path;
 mod light_wave;
@@ -35,11 +36,13 @@ use crate::lights::SelectionStrategy;
 use crate::math::Rgb;
 use crate::params::ParamReader;
 use crate::samplers::SampleStream;
+use crate::world::World;
 use arrayvec::ArrayVec;
 use camera_path::{CameraPath, Trail};
-use light_path::{LightPath, LightTracer};
+use kept::LightPaths;
+use light_path::LightTracer;
 
-pub(super) use light_path::SpareVertices;
+pub(super) use kept::SpareVertices;
 pub use strategies::Shown;
 pub(super) use walk::{Carries, Turn};
 
@@ -106,16 +109,13 @@ impl Bdpt {
 
     /// Radiance along the camera ray: that of camera paths, and of those that are joined to a light path if this one `joins`.
     fn parts(&self, mut context: Context, joins: bool) -> [Rgb; 2] {
-        let mut light_path = LightPath::in_spare(&mut context.workspace.vertices);
+        let tracer = self.joinable(context.world, context.lights);
+        let room = (usize::from(joins), tracer.max_depth);
+        let mut light_paths = LightPaths::in_spare(&mut context.workspace.vertices, room);
         if joins {
-            let tracer = LightTracer {
-                bdpt: self,
-                world: context.world,
-                lights: context.lights,
-                // The camera's vertex takes one of the scattering events.
-                max_depth: self.max_depth.saturating_sub(1),
-            };
-            light_path.trace(&tracer, context.ray.time, context.stream);
+            tracer.trace(context.ray.time, context.stream, |light, vertex, _| {
+                light_paths.push(0, light, &vertex);
+            });
         }
         let mut trail = Trail::new(&context);
         let mut path = CameraPath {
@@ -123,13 +123,24 @@ impl Bdpt {
             differentials: context.differentials,
             context: &mut context,
             trail: &mut trail,
-            light_path: &light_path,
+            light_path: light_paths.path(0),
             waiting: None,
         };
         while path.extend().is_some() {}
         let parts = [trail.radiance, trail.joined];
-        light_path.give_back(&mut context.workspace.vertices);
+        light_paths.give_back(&mut context.workspace.vertices);
         parts
+    }
+
+    /// What light paths are traced through that camera paths are joined to.
+    fn joinable<'c, 'a>(&'c self, world: &'a World, lights: &'c Lights) -> LightTracer<'c, 'a> {
+        LightTracer {
+            bdpt: self,
+            world,
+            lights,
+            // The camera's vertex takes one of the scattering events.
+            max_depth: self.max_depth.saturating_sub(1),
+        }
     }
 }
 

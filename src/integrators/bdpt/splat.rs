@@ -2,7 +2,7 @@
 //! point where it lands. Connections are collected, so that a lens traces many of them side by side.
 
 use super::light_path::{LightTracer, LightVertex};
-use super::light_wave::{Known, trace_all};
+use super::light_wave::{Known, Visitor, trace_all};
 use super::strategies::layer;
 use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
@@ -37,9 +37,10 @@ struct Pending {
 }
 
 /// Connections that wait for each other.
-struct Waiting<'c, 'a> {
+struct Waiting<'c, 'a, S> {
     tracer: &'c LightTracer<'c, 'a>,
     job: &'c LightJob<'c>,
+    splat: &'c mut S,
     pending: ArrayVec<Pending, BUNDLE>,
     aims: ArrayVec<Aim, BUNDLE>,
 }
@@ -54,6 +55,7 @@ pub(super) fn splat_paths(
     let mut waiting = Waiting {
         tracer,
         job,
+        splat,
         pending: ArrayVec::new(),
         aims: ArrayVec::new(),
     };
@@ -66,23 +68,30 @@ pub(super) fn splat_paths(
         };
         (known, stream)
     });
-    trace_all(tracer, paths, |known, begun, vertex, stream| {
-        let lens = if job.camera.has_lens() {
-            stream.next_2d()
-        } else {
-            Vec2::splat(0.5)
+    trace_all(tracer, paths, &mut waiting);
+    waiting.land();
+}
+
+impl<'a, S: FnMut(Splat)> Visitor<'a> for Waiting<'_, 'a, S> {
+    fn visit(
+        &mut self,
+        known: &Known,
+        light: LightId,
+        vertex: LightVertex<'_, 'a>,
+        stream: &mut SampleStream,
+    ) {
+        let lens = match self.job.camera.has_lens() {
+            true => stream.next_2d(),
+            false => Vec2::splat(0.5),
         };
-        let at = LensSample {
-            lens,
-            wavelength: known.wavelength,
-        };
+        let wavelength = known.wavelength;
+        let at = LensSample { lens, wavelength };
         // No connection where none can be made.
-        let _ = waiting.join((known.path, begun.light), &vertex, &at, stream);
-        if waiting.pending.is_full() {
-            waiting.land(splat);
+        let _ = self.join((known.path, light), &vertex, &at, stream);
+        if self.pending.is_full() {
+            self.land();
         }
-    });
-    waiting.land(splat);
+    }
 }
 
 /// The first numbers of a path are the camera's: time and wavelength.
@@ -91,7 +100,7 @@ pub(super) fn skip_camera(job: &LightJob, stream: &mut SampleStream) -> (f32, f3
     (time, stream.next_1d_if(job.camera.disperses()))
 }
 
-impl Waiting<'_, '_> {
+impl<S: FnMut(Splat)> Waiting<'_, '_, S> {
     /// Joins a vertex to the lens.
     fn join(
         &mut self,
@@ -118,8 +127,9 @@ impl Waiting<'_, '_> {
     }
 
     /// Finds out where the connections land, and what they bring there.
-    fn land(&mut self, splat: &mut impl FnMut(Splat)) {
+    fn land(&mut self) {
         let (world, job) = (self.tracer.world, self.job);
+        let splat = &mut *self.splat;
         let mut landings = ArrayVec::new();
         job.camera.land_all(&self.aims, &mut landings);
         let all = self.pending.drain(..).zip(self.aims.drain(..));
