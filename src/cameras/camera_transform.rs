@@ -9,16 +9,16 @@ use crate::optics::lanes::Lanes;
 use crate::optics::real::{Index, Number};
 use crate::optics::trace::LensRay;
 use glam::{DMat3, DVec4};
+use std::borrow::Cow;
 
 /// Takes rays from camera space to render space. Everything is f64 until the finished ray.
 #[derive(Clone, Debug)]
 pub(super) struct CameraTransform {
-    render_from_camera: DMat4,
-    /// For connections only: no ray of the camera needs it.
-    camera_from_render: DMat4,
+    /// Where it stands if it does not move.
+    still: Placement,
     /// Of a camera that moves.
     motion: Option<Box<Motion>>,
-    clip: Clip,
+    is_affine: bool,
 }
 
 /// A ray of camera space. The direction need not have unit length.
@@ -34,10 +34,9 @@ impl CameraTransform {
     /// A camera placed by `render_from_camera`.
     pub(super) fn new(render_from_camera: &Transform, clip: Clip) -> CameraTransform {
         CameraTransform {
-            render_from_camera: render_from_camera.m,
-            camera_from_render: render_from_camera.inverse,
+            is_affine: render_from_camera.m.row(3).to_array() == [0.0, 0.0, 0.0, 1.0],
+            still: Placement::new(render_from_camera.m, render_from_camera.inverse, clip),
             motion: None,
-            clip,
         }
     }
 
@@ -53,36 +52,32 @@ impl CameraTransform {
 
     fn render_from_camera(&self, time: f32) -> DMat4 {
         match &self.motion {
-            None => self.render_from_camera,
+            None => self.still.render_from_camera,
             Some(motion) => DMat4::from(motion.at(f64::from(time))),
         }
     }
 
     /// Returns `true` if camera space is placed without a projection, under which étendue has no simple law.
     pub(super) fn is_affine(&self) -> bool {
-        self.render_from_camera.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]
+        self.is_affine
     }
 
     /// Where the camera stands at `time`; of one that [`CameraTransform::is_affine`].
-    pub(super) fn placement(&self, time: f32) -> Placement {
-        let (render_from_camera, camera_from_render) = match &self.motion {
-            None => (self.render_from_camera, self.camera_from_render),
+    pub(super) fn placement(&self, time: f32) -> Cow<'_, Placement> {
+        match &self.motion {
+            None => Cow::Borrowed(&self.still),
             Some(motion) => {
                 let m = motion.at(f64::from(time));
-                (DMat4::from(m), DMat4::from(m.inverse()))
+                let (from_camera, from_render) = (DMat4::from(m), DMat4::from(m.inverse()));
+                Cow::Owned(Placement::new(from_camera, from_render, self.still.clip))
             }
-        };
-        Placement {
-            render_from_camera,
-            camera_from_render,
-            clip: self.clip,
         }
     }
 
     /// What takes a render-space point (x, y, z, 1) to its camera-space z at `time`.
     pub(super) fn z(&self, time: f32) -> DVec4 {
         match &self.motion {
-            None => self.camera_from_render.row(2),
+            None => self.still.camera_from_render.row(2),
             Some(motion) => DMat4::from(motion.at(f64::from(time)).inverse()).row(2),
         }
     }
@@ -95,7 +90,7 @@ impl CameraTransform {
 
     /// The render-space ray at `time`, cut to what lies between the clip planes.
     pub(super) fn ray(&self, ray: &CameraSpaceRay, time: f32) -> Ray {
-        let (start, end) = self.clip.interval(ray.o.z, ray.d.z);
+        let (start, end) = self.still.clip.interval(ray.o.z, ray.d.z);
         let render_from_camera = self.render_from_camera(time);
         let d = render_from_camera.transform_vector3(ray.d);
         let length = d.length();
@@ -111,8 +106,8 @@ impl CameraTransform {
     /// Where all rays of a pinhole at the origin start, and what takes camera-space directions to render space; `None` if the camera moves
     /// or clips.
     pub(super) fn of_still_pinhole(&self) -> Option<(Vec3, [DVec3; 3])> {
-        let is_still = self.motion.is_none() && self.clip == Clip::NONE;
-        let m = &self.render_from_camera;
+        let is_still = self.motion.is_none() && self.still.clip == Clip::NONE;
+        let m = &self.still.render_from_camera;
         let axes = [m.x_axis, m.y_axis, m.z_axis].map(DVec4::truncate);
         is_still.then(|| (m.project_point3(DVec3::ZERO).as_vec3(), axes))
     }
@@ -161,11 +156,23 @@ impl CameraTransform {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
     render_from_camera: DMat4,
+    /// For connections only: no ray of the camera needs it.
     camera_from_render: DMat4,
+    /// Of `camera_from_render`.
+    determinant: f64,
     clip: Clip,
 }
 
 impl Placement {
+    fn new(render_from_camera: DMat4, camera_from_render: DMat4, clip: Clip) -> Placement {
+        Placement {
+            determinant: camera_from_render.determinant(),
+            render_from_camera,
+            camera_from_render,
+            clip,
+        }
+    }
+
     /// The camera-space point at `p`.
     pub(super) fn point(&self, p: Vec3) -> DVec3 {
         self.camera_from_render.transform_point3(p.as_dvec3())
@@ -204,7 +211,7 @@ impl Placement {
     /// the line by some factor; areas across it by their quotient.
     pub(super) fn area_across(&self, d: DVec3) -> f64 {
         let along = self.render_from_camera.transform_vector3(d).length() / d.length();
-        (self.camera_from_render.determinant() * along).abs()
+        (self.determinant * along).abs()
     }
 
     /// The end in render space of what a shadow ray from the camera-space point `x` must find free for light to run to `y`,
@@ -235,7 +242,7 @@ impl CameraTransform {
     /// For lens coordinates whose points `camera_from_lens` takes to camera space, and whose directions go to camera space by turning z
     /// round. `None` for a camera placed by a projection, which a bundle cannot follow.
     pub(super) fn placing(&self, camera_from_lens: &DMat4) -> Option<BatchTransform> {
-        let m = self.render_from_camera;
+        let m = self.still.render_from_camera;
         if m.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
             return None;
         }
@@ -249,8 +256,8 @@ impl CameraTransform {
                 [x, y, z]
             }),
             height: [camera_from_lens.z_axis.z, camera_from_lens.w_axis.z].map(|x| x as f32),
-            clip: (self.clip != Clip::NONE)
-                .then_some([self.clip.hither as f32, self.clip.yon as f32]),
+            clip: (self.still.clip != Clip::NONE)
+                .then_some([self.still.clip.hither as f32, self.still.clip.yon as f32]),
         })
     }
 }

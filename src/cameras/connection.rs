@@ -30,6 +30,7 @@ use crate::math::ray::Ray;
 use crate::math::{DVec2, DVec3, Rgb, Vec2, Vec3};
 use crate::surface::ReferencePoint;
 use arrayvec::ArrayVec;
+use std::borrow::Cow;
 
 /// Through which part of the lens and of the spectrum to connect; all from 0 to 1.
 #[derive(Clone, Copy, Debug)]
@@ -247,7 +248,7 @@ impl Camera {
     }
 
     /// The camera at `time`, the camera-space point at `p`, and how it is seen, without traced lenses.
-    fn seen(&self, p: Vec3, time: f32, lens: Vec2) -> Option<(Placement, DVec3, Hit)> {
+    fn seen(&self, p: Vec3, time: f32, lens: Vec2) -> Option<(Cow<'_, Placement>, DVec3, Hit)> {
         let placement = match self {
             Camera::Projective(c) => c.placement(time)?,
             Camera::Environment(c) => c.placement(time)?,

@@ -15,6 +15,7 @@ use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
 use arrayvec::ArrayVec;
+use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
 /// An environment camera as the scene file describes it.
@@ -99,7 +100,7 @@ impl Environment {
     }
 
     /// Where the camera stands at `time`; `None` if no connection can be made.
-    pub(super) fn placement(&self, time: f32) -> Option<Placement> {
+    pub(super) fn placement(&self, time: f32) -> Option<Cow<'_, Placement>> {
         self.transform
             .is_affine()
             .then(|| self.transform.placement(time))

@@ -19,6 +19,7 @@ use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
+use std::borrow::Cow;
 
 /// A perspective or orthographic camera as the scene file describes it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -175,7 +176,7 @@ impl Projective {
     }
 
     /// Where the camera stands at `time`; `None` if no connection can be made.
-    pub(super) fn placement(&self, time: f32) -> Option<Placement> {
+    pub(super) fn placement(&self, time: f32) -> Option<Cow<'_, Placement>> {
         self.transform
             .is_affine()
             .then(|| self.transform.placement(time))

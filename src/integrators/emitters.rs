@@ -59,7 +59,8 @@ impl Emitters {
         world: &World,
         stream: &mut SampleStream,
     ) -> Option<(LightId, f32, Emission)> {
-        let (id, pmf, _) = self.choice.sample(stream.next_1d())?;
+        let choice = stream.next_1d_if(self.choice.chooses());
+        let (id, pmf, _) = self.choice.sample(choice)?;
         let (at, toward) = (stream.next_2d(), stream.next_2d());
         Some((id, pmf, self.emit(world, id, at, toward)?))
     }

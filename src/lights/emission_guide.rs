@@ -98,10 +98,7 @@ impl EmissionGuide {
 pub fn place_of_ray(light: &Light, scene: &SceneSphere, p: Vec3, d: Vec3) -> Vec2 {
     let at = match light.is_at_infinity() {
         true => 0.5 * scene.across(d, p) + 0.5,
-        false => {
-            let turn = d.y.atan2(d.x) * (0.5 / PI);
-            Vec2::new(0.5 * d.z + 0.5, if turn < 0.0 { turn + 1.0 } else { turn })
-        }
+        false => Vec2::new(0.5 * d.z + 0.5, super::turns(d.x, d.y)),
     };
     at.clamp(Vec2::ZERO, Vec2::splat(1.0 - f32::EPSILON / 2.0))
 }

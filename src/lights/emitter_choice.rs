@@ -55,6 +55,11 @@ impl EmitterChoice {
         Some((LightId(light as u32), probability, rest))
     }
 
+    /// Returns `true` if there are several, so that the number of [`EmitterChoice::sample`] matters.
+    pub fn chooses(&self) -> bool {
+        self.probabilities.cells() > 1
+    }
+
     /// Probability with which [`EmitterChoice::sample`] chooses `light`; 0 for one that it was not given.
     pub fn pmf(&self, light: LightId) -> f32 {
         if light.index() < self.probabilities.cells() {

@@ -95,14 +95,32 @@ fn of_volume_1(transform: &Transform) -> DMat3 {
     m * (1.0 / m.determinant().abs().cbrt())
 }
 
-/// The share of a turn from +x over +y, in [0, 1].
+/// The share of a turn from +x over +y, in [0, 1], to some 1e-7: without the function's call, and faster. The arc tangent up to 1 is the polynomial of
+/// Abramowitz and Stegun 1964, 4.4.49.
 fn turns(x: f32, y: f32) -> f32 {
-    let azimuth = y.atan2(x) * (0.5 / PI);
-    if azimuth < 0.0 {
-        azimuth + 1.0
+    let (low, high) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
+    let t = if high > 0.0 { low / high } else { 0.0 };
+    let t2 = t * t;
+    let factors = [
+        0.002_866_225_7,
+        -0.016_165_737,
+        0.042_909_614,
+        -0.075_289_64,
+        0.106_562_64,
+        -0.142_088_99,
+        0.199_935_51,
+        -0.333_331_45,
+        1.0,
+    ];
+    let angle = t * factors.iter().fold(0.0, |sum, factor| sum * t2 + factor);
+    let octant = angle * (0.5 / PI);
+    let quadrant = if y.abs() > x.abs() {
+        0.25 - octant
     } else {
-        azimuth
-    }
+        octant
+    };
+    let half = if x < 0.0 { 0.5 - quadrant } else { quadrant };
+    if y < 0.0 { 1.0 - half } else { half }
 }
 
 /// One way for light to come to a point.

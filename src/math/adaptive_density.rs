@@ -23,10 +23,19 @@ pub struct Found {
     pub square: f64,
 }
 
+/// Halvings, and so cells along a side, from where the nodes of a fine density are looked up.
+const TABLE_DEPTH: u32 = 12;
+const TABLE_SIDE: usize = 1 << (TABLE_DEPTH / 2);
+
+/// With fewer nodes than these a table pays for nothing.
+const TABLE_NODES: usize = 256;
+
 /// See above.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdaptiveDensity {
     nodes: Vec<Node>,
+    /// The node of each cell of [`TABLE_DEPTH`], or the larger cell that it is in, by rows of v; empty where there are few nodes.
+    table: Vec<u32>,
     /// ∫ √⟨f²⟩, with the mean ⟨f²⟩ in each cell.
     total: f64,
 }
@@ -52,11 +61,21 @@ impl AdaptiveDensity {
                 low: 0.5,
                 halves: 0,
             }],
+            table: Vec::new(),
             total: 0.0,
         };
+        // In the order of cells, however small.
+        found.sort_by_cached_key(|found| Halves::of(found.at).all());
         let least = all * SPLIT_SHARE;
         density.total = density.fill(0, found, 0, least) / (samples as f64).sqrt();
         density.multiply(0, 1.0);
+        if density.nodes.len() >= TABLE_NODES {
+            let places = (0..TABLE_SIDE * TABLE_SIDE).map(|i| (i % TABLE_SIDE, i / TABLE_SIDE));
+            let middle =
+                |(x, y): (usize, usize)| (Vec2::new(x as f32, y as f32) + 0.5) / TABLE_SIDE as f32;
+            let node = |place| density.node_at(Halves::of(middle(place)), 0, TABLE_DEPTH);
+            density.table = places.map(|place| node(place) as u32).collect();
+        }
         Some(density)
     }
 
@@ -73,7 +92,7 @@ impl AdaptiveDensity {
     }
 
     /// Makes the node of `found`; returns ∫ √f² over it, but for the number of samples.
-    fn fill(&mut self, node: usize, found: &mut [Found], depth: u32, least: f64) -> f64 {
+    fn fill(&mut self, node: usize, found: &[Found], depth: u32, least: f64) -> f64 {
         let all: f64 = found.iter().map(|found| found.square).sum();
         let area = 0.5f64.powi(depth as i32);
         if found.len() < SPLIT_SAMPLES || depth == MAX_DEPTH || all < least {
@@ -86,8 +105,7 @@ impl AdaptiveDensity {
         };
         self.nodes.extend([cell; 2]);
         let bit = |found: &Found| Halves::of(found.at).after(depth) == 1;
-        found.sort_by_key(bit);
-        let (low, high) = found.split_at_mut(found.partition_point(|found| !bit(found)));
+        let (low, high) = found.split_at(found.partition_point(|found| !bit(found)));
         let masses = [(halves, low), (halves + 1, high)]
             .map(|(node, part)| self.fill(node, part, depth + 1, least));
         let sum: f64 = masses.iter().sum();
@@ -124,12 +142,28 @@ impl AdaptiveDensity {
 
     /// The density at a point of [0, 1)².
     pub fn at(&self, at: Vec2) -> f32 {
-        let mut node = &self.nodes[0];
         let mut halves = Halves::of(at);
-        while node.halves != 0 {
-            node = &self.nodes[node.halves as usize + halves.next()];
+        let place = halves.place();
+        let node = match self.table.get(place) {
+            Some(&node) => {
+                halves.skip(TABLE_DEPTH);
+                node as usize
+            }
+            None => 0,
+        };
+        self.nodes[self.node_at(halves, node, MAX_DEPTH)].low
+    }
+
+    /// The node that a point is in after so many halvings from `node` at most.
+    fn node_at(&self, mut halves: Halves, mut node: usize, most: u32) -> usize {
+        for _ in 0..most {
+            let below = self.nodes[node].halves as usize;
+            if below == 0 {
+                break;
+            }
+            node = below + halves.next();
         }
-        node.low
+        node
     }
 }
 
@@ -175,6 +209,22 @@ impl Halves {
         const CELLS: f32 = (1u32 << (MAX_DEPTH / 2)) as f32;
         // The first bit that is asked for is the highest.
         Halves([at.x, at.y].map(|x| ((x * CELLS) as u32) << (32 - MAX_DEPTH / 2)))
+    }
+
+    /// The index in a table.
+    fn place(&self) -> usize {
+        let [x, y] = self.0.map(|bits| (bits >> (32 - TABLE_DEPTH / 2)) as usize);
+        y * TABLE_SIDE + x
+    }
+
+    /// An even number of halvings.
+    fn skip(&mut self, depth: u32) {
+        self.0 = self.0.map(|bits| bits << (depth / 2));
+    }
+
+    /// The bits of all halvings, the first being the highest.
+    fn all(mut self) -> u32 {
+        (0..MAX_DEPTH).fold(0, |all, _| all << 1 | self.next() as u32)
     }
 
     /// After so many halvings.
@@ -243,6 +293,19 @@ mod tests {
         assert!((inverse - 1.0).abs() < 0.02, "{inverse}");
         // √f² is 10 on 0.01 and 1 on 0.99: the spot has 0.0917 of the integral; cells at its edge blur it.
         assert!(inside > 0.08 && inside < 0.0917, "{inside}");
+    }
+
+    #[test]
+    fn a_table_finds_the_same_cells() {
+        let density = learned(50_000);
+        assert!(!density.table.is_empty());
+        let plain = AdaptiveDensity {
+            table: Vec::new(),
+            ..density.clone()
+        };
+        for i in 0..100_000 {
+            assert_eq!(density.at(point(i)), plain.at(point(i)));
+        }
     }
 
     #[test]

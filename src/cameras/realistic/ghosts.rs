@@ -112,7 +112,7 @@ impl Realistic {
             y,
             n,
             area,
-            placement,
+            placement: placement.into_owned(),
             band: self.band(wavelength),
         })
     }

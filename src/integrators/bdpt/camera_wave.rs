@@ -30,24 +30,17 @@ struct Wave<'a, 'p> {
 }
 
 /// The radiance along each path of the bundle.
-pub(super) fn radiances(bdpt: &Bdpt, mut bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
-    let (mut trails, mut joined) = (ArrayVec::<Trail, WAVE>::new(), ArrayVec::<u32, WAVE>::new());
-    for path in 0..bundle.paths.len().min(WAVE) {
-        let context = bundle.context(path);
-        trails.push(Trail::new(&context));
-        if bdpt.joins(context.stream) {
-            joined.push(path as u32);
-        }
-    }
-    let light_paths = trace_light_paths(bdpt, &mut bundle, &joined);
+pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+    // In its place from the beginning: it is large.
     let mut wave = Wave {
         bdpt,
-        walking: (0..trails.len() as u32).collect(),
-        trails,
-        shadows: Shadows::default(),
         waits: shadows_may_wait(bundle.world),
         bundle,
+        trails: ArrayVec::new(),
+        walking: ArrayVec::new(),
+        shadows: Shadows::default(),
     };
+    let light_paths = wave.begin();
     let mut is_first = true;
     while !wave.walking.is_empty() {
         wave.extend(&light_paths, is_first);
@@ -56,41 +49,6 @@ pub(super) fn radiances(bdpt: &Bdpt, mut bundle: Bundle, out: &mut ArrayVec<Rgb,
     let brought = |trail: &Trail| trail.radiance + trail.joined;
     out.extend(wave.trails.iter().map(brought));
     light_paths.give_back(&mut wave.bundle.workspace.vertices);
-}
-
-/// Traces light paths for those camera paths that are `joined` to one.
-fn trace_light_paths<'a>(
-    bdpt: &Bdpt,
-    bundle: &mut Bundle<'a, '_>,
-    joined: &[u32],
-) -> LightPaths<'a> {
-    let (world, lights) = (bundle.world, bundle.lights);
-    let tracer = bdpt.joinable(world, lights);
-    let room = (joined.len(), tracer.max_depth);
-    let light_paths = LightPaths::in_spare(&mut bundle.workspace.vertices, room);
-    if joined.is_empty() {
-        return light_paths;
-    }
-    let mut keeper = Keeper {
-        light_paths,
-        ended: [None; WAVE],
-    };
-    let begin = |&path: &u32| {
-        let of_camera = &bundle.paths[path as usize];
-        let known = Known {
-            path: path.into(),
-            time: of_camera.end.ray.ray.time,
-            wavelength: 0.0,
-        };
-        (known, *of_camera.stream)
-    };
-    trace_all(&tracer, joined.iter().map(begin), &mut keeper);
-    for &path in joined {
-        if let Some(stream) = keeper.ended[path as usize] {
-            *bundle.paths[path as usize].stream = stream;
-        }
-    }
-    keeper.light_paths
 }
 
 /// Keeps light paths, and the numbers that they leave for the camera paths.
@@ -116,6 +74,55 @@ impl<'a> Visitor<'a> for Keeper<'a> {
 }
 
 impl<'a> Wave<'a, '_> {
+    /// Begins all paths, and traces light paths for those that are joined to one.
+    fn begin(&mut self) -> LightPaths<'a> {
+        let mut joined = ArrayVec::<u32, WAVE>::new();
+        for path in 0..self.bundle.paths.len().min(WAVE) {
+            let context = self.bundle.context(path);
+            self.trails.push(Trail::new(&context));
+            self.walking.push(path as u32);
+            if self.bdpt.joins(context.stream) {
+                joined.push(path as u32);
+            }
+        }
+        self.trace_light_paths(&joined)
+    }
+
+    fn trace_light_paths(&mut self, joined: &[u32]) -> LightPaths<'a> {
+        let Bundle {
+            world,
+            lights,
+            paths,
+            workspace,
+        } = &mut self.bundle;
+        let tracer = self.bdpt.joinable(world, lights);
+        let room = (joined.len(), tracer.max_depth);
+        let light_paths = LightPaths::in_spare(&mut workspace.vertices, room);
+        if joined.is_empty() {
+            return light_paths;
+        }
+        let mut keeper = Keeper {
+            light_paths,
+            ended: [None; WAVE],
+        };
+        let begin = |&path: &u32| {
+            let of_camera = &paths[path as usize];
+            let known = Known {
+                path: path.into(),
+                time: of_camera.end.ray.ray.time,
+                wavelength: 0.0,
+            };
+            (known, *of_camera.stream)
+        };
+        trace_all(&tracer, joined.iter().map(begin), &mut keeper);
+        for &path in joined {
+            if let Some(stream) = keeper.ended[path as usize] {
+                *paths[path as usize].stream = stream;
+            }
+        }
+        keeper.light_paths
+    }
+
     /// Extends all paths by a vertex.
     fn extend(&mut self, light_paths: &LightPaths<'a>, is_first: bool) {
         let world = self.bundle.world;

@@ -94,9 +94,10 @@ impl<'a, S: FnMut(Splat)> Visitor<'a> for Waiting<'_, 'a, S> {
     }
 }
 
-/// The first numbers of a path are the camera's: time and wavelength.
+/// The first numbers of a path are the camera's: time, if that matters, and wavelength.
 pub(super) fn skip_camera(job: &LightJob, stream: &mut SampleStream) -> (f32, f32) {
-    let time = job.camera.shutter().time(stream.next_1d());
+    let moves = job.world.moves() || job.camera.moves();
+    let time = job.camera.shutter().time(stream.next_1d_if(moves));
     (time, stream.next_1d_if(job.camera.disperses()))
 }
 
