@@ -43,6 +43,12 @@ impl Matte {
             cos_n: wo.dot(n),
         }
     }
+
+    /// The share of light that is scattered.
+    #[inline(always)]
+    pub(crate) fn reflectance(&self) -> Rgb {
+        self.lobe.reflectance
+    }
 }
 
 impl Scatterer for Matte {

@@ -117,8 +117,7 @@ impl Context<'_> {
 
     /// Returns `true` if layers are wanted, and the path has not told them all yet.
     pub(super) fn is_looked_at(&self) -> bool {
-        let sight = self.watch.as_ref().and_then(|watch| watch.sight.as_ref());
-        sight.is_some_and(Sight::is_looking)
+        self.watch.as_deref().is_some_and(Watch::is_looking)
     }
 
     /// Adds light that the path brings to its layer, if any are wanted; `None`: of no light.

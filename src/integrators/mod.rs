@@ -23,6 +23,7 @@ mod sppm;
 mod stand_in;
 mod subsurface;
 mod vertex;
+mod vertices;
 mod volpath;
 mod whitted;
 pub mod witness;

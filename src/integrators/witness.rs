@@ -67,6 +67,11 @@ impl Watch {
         }
     }
 
+    /// Returns `true` if layers are wanted, and the path has not told them all yet.
+    pub(super) fn is_looking(&self) -> bool {
+        self.sight.as_ref().is_some_and(Sight::is_looking)
+    }
+
     /// Returns `true` if it wants to know of every step, and not only of what is met first.
     pub(super) fn reports(&self) -> bool {
         self.counts.is_some() || self.parts.is_some() || self.sight.is_none()

@@ -5,7 +5,7 @@ use super::Bdpt;
 use super::kept::LightPath;
 use super::light_end::Lit;
 use super::strategies::layer;
-use super::vertex::Vertex;
+use super::vertex::{FlatVertex, Vertex};
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
 use super::weights::{History, Onward, square, weight, weight_of_joint};
 use crate::accel::GeometryHit;
@@ -15,6 +15,7 @@ use crate::integrators::Sight;
 use crate::integrators::context::Context;
 use crate::integrators::shadows::Shadows;
 use crate::integrators::subsurface::find_exit;
+use crate::integrators::vertices::Next;
 use crate::integrators::volpath::{dimmed, ended, transmittance};
 use crate::integrators::witness;
 use crate::lights::LightEnd;
@@ -162,6 +163,27 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             return None;
         }
         self.scatter((hit, bsdf), &history, differentials)
+    }
+
+    /// Collects the light at a vertex on a flat triangle. Returns what the path is to know if it continues.
+    pub(super) fn meet_flat(&mut self, at: &FlatVertex) -> Option<History> {
+        let history = self.history(at.from.p, at.from.n.dot(at.wo).abs());
+        self.join(Vertex::Flat(at), &history);
+        (!self.is_spent()).then_some(history)
+    }
+
+    /// Continues from a flat triangle in a direction that was chosen.
+    pub(super) fn leave_flat(
+        &mut self,
+        at: &FlatVertex,
+        (next, weight): (&Next, Rgb),
+        history: &History,
+    ) -> Option<()> {
+        let walk = &mut self.trail.walk;
+        walk.throughput = next.throughput;
+        let link = (history, self.bdpt.connections);
+        walk.scatter_at_flat(at, next, at.reverse(next.d), link);
+        walk.russian_roulette(weight, self.context.stream)
     }
 
     /// Returns `true` if nothing can come after the vertex: the next could only be on a light, and there is none to be met.

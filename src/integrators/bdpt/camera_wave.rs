@@ -3,6 +3,7 @@
 
 use super::Bdpt;
 use super::camera_path::{CameraPath, Gain, Trail};
+use super::flats::Flats;
 use super::kept::{LightPath, LightPaths};
 use super::light_path::LightVertex;
 use super::light_wave::{Known, Visitor, trace_all};
@@ -10,6 +11,7 @@ use crate::accel::ClosestHit;
 use crate::handles::LightId;
 use crate::integrators::context::{Bundle, WAVE};
 use crate::integrators::shadows::Shadows;
+use crate::integrators::witness::Watch;
 use crate::math::Rgb;
 use crate::math::ray::Ray;
 use crate::samplers::SampleStream;
@@ -27,6 +29,7 @@ struct Wave<'a, 'p> {
     shadows: Shadows<Gain>,
     /// Whether shadow rays wait for others.
     waits: bool,
+    flats: Flats,
 }
 
 /// The radiance along each path of the bundle.
@@ -39,6 +42,7 @@ pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAV
         trails: ArrayVec::new(),
         walking: ArrayVec::new(),
         shadows: Shadows::default(),
+        flats: Flats::default(),
     };
     let light_paths = wave.begin();
     let mut is_first = true;
@@ -128,25 +132,95 @@ impl<'a> Wave<'a, '_> {
         let world = self.bundle.world;
         let mut found = [None; WAVE];
         self.closest(&mut found);
+        self.flats.clear();
         for (path, found) in std::mem::take(&mut self.walking).into_iter().zip(found) {
-            let light_path = light_paths.path(path as usize);
-            let waits = self.waits && self.make_room(CameraPath::shadow_rays(light_path));
-            let trail = &mut self.trails[path as usize];
-            let hit = found.and_then(|found| world.surface(&trail.walk.ray, &found));
-            let mut context = self.bundle.context(path as usize);
-            let mut state = CameraPath {
-                bdpt: self.bdpt,
-                differentials: context.differentials.filter(|_| is_first),
-                context: &mut context,
-                trail,
-                light_path,
-                waiting: waits.then_some((&mut self.shadows, path)),
-            };
-            if state.arrive_at(hit.as_ref()).is_some() {
+            if found
+                .as_ref()
+                .is_some_and(|found| self.is_flat(path, found))
+            {
+                continue;
+            }
+            let extended = self.with(path, light_paths, |state| {
+                state.differentials = state.context.differentials.filter(|_| is_first);
+                let ray = &state.trail.walk.ray;
+                let hit = found.and_then(|found| world.surface(ray, &found));
+                state.arrive_at(hit.as_ref())
+            });
+            if extended.is_some() {
                 self.walking.push(path);
             }
         }
+        self.extend_from_flats(light_paths);
         self.trace_shadows();
+    }
+
+    /// Takes up what a path's ray has found if it is of a flat matte triangle, from which paths continue side by side. Not where layers look at
+    /// the path.
+    fn is_flat(&mut self, path: u32, found: &ClosestHit) -> bool {
+        let world = self.bundle.world;
+        let walk = &self.trails[path as usize].walk;
+        let watch = self.bundle.paths[path as usize].watch.as_deref();
+        let is_looked_at = watch.is_some_and(Watch::is_looking);
+        // At the end of its depth a path is as well off by itself: it brings nothing.
+        let may_be = world.media.is_empty()
+            && walk.depth < self.bdpt.max_depth
+            && walk.throughput.is_finite()
+            && !is_looked_at;
+        may_be
+            && self
+                .flats
+                .add(world, (path, &walk.ray), found, walk.throughput)
+    }
+
+    /// Extends the paths that have come to flat triangles.
+    fn extend_from_flats(&mut self, light_paths: &LightPaths<'a>) {
+        self.flats.resolve(self.bundle.world);
+        for i in 0..self.flats.count() {
+            let (path, vertex) = (self.flats.path(i), self.flats.vertex(i));
+            let met = self.with(path as u32, light_paths, |state| state.meet_flat(&vertex));
+            let stream = &mut *self.bundle.paths[path].stream;
+            self.flats.know(met.map(|history| {
+                // Reflection has no use for a third number.
+                stream.skip_1d();
+                (history, stream.next_2d())
+            }));
+        }
+        self.flats.sample();
+        for i in 0..self.flats.count() {
+            let path = self.flats.path(i) as u32;
+            let known = (self.flats.history(i).copied(), self.flats.next(i));
+            let (Some(history), Some((next, weight))) = known else {
+                continue;
+            };
+            let vertex = self.flats.vertex(i);
+            let left = self.with(path, light_paths, |state| {
+                state.leave_flat(&vertex, (&next, weight), &history)
+            });
+            if left.is_some() {
+                self.walking.push(path);
+            }
+        }
+    }
+
+    /// Does something with a path.
+    #[inline(always)]
+    fn with<R>(
+        &mut self,
+        path: u32,
+        light_paths: &LightPaths<'a>,
+        act: impl FnOnce(&mut CameraPath) -> R,
+    ) -> R {
+        let light_path = light_paths.path(path as usize);
+        let waits = self.waits && self.make_room(CameraPath::shadow_rays(light_path));
+        let mut context = self.bundle.context(path as usize);
+        act(&mut CameraPath {
+            bdpt: self.bdpt,
+            differentials: None,
+            context: &mut context,
+            trail: &mut self.trails[path as usize],
+            light_path,
+            waiting: waits.then_some((&mut self.shadows, path)),
+        })
     }
 
     /// What the paths hit.

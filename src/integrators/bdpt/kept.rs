@@ -1,7 +1,7 @@
 //! Light paths that are kept, so that camera paths can be joined to them.
 
 use super::light_path::LightVertex;
-use super::vertex::Vertex;
+use super::vertex::{FlatVertex, Vertex};
 use super::weights::History;
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
@@ -32,6 +32,7 @@ enum Place<'a> {
         bsdf: Bsdf<'a>,
         medium: Option<MediumId>,
     },
+    Flat(FlatVertex),
     Medium(MediumVertex),
 }
 
@@ -43,6 +44,7 @@ impl<'a> LightVertex<'_, 'a> {
                 bsdf: bsdf.clone(),
                 medium,
             },
+            Vertex::Flat(at) => Place::Flat(*at),
             Vertex::Medium(at) => Place::Medium(*at),
         };
         let &LightVertex {
@@ -68,6 +70,7 @@ impl<'a> Kept<'a> {
                 bsdf,
                 medium: *medium,
             },
+            Place::Flat(at) => Vertex::Flat(at),
             Place::Medium(at) => Vertex::Medium(at),
         };
         let &Kept {

@@ -2,7 +2,7 @@
 
 use super::Bdpt;
 use super::light_end::{Lit, end_as_hit};
-use super::vertex::Vertex;
+use super::vertex::{FlatVertex, Vertex};
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
 use super::weights::{History, Onward, square};
 use crate::accel::GeometryHit;
@@ -12,6 +12,7 @@ use crate::handles::LightId;
 use crate::integrators::Beginning;
 use crate::integrators::context::Lights;
 use crate::integrators::subsurface::find_exit;
+use crate::integrators::vertices::Next;
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
@@ -159,6 +160,38 @@ impl<'a> LightTracer<'_, 'a> {
         scattered
     }
 
+    /// Extends a path by a vertex on a flat triangle. Returns what the path is to know if it continues.
+    pub(super) fn meet_flat(&self, begun: &Begun, walk: &mut Walk, at: &FlatVertex) -> History {
+        if walk.depth == 0 {
+            walk.onward = self.first_onward(begun, Vertex::Flat(at), &at.from, walk);
+        }
+        walk.arrive(at.from.p, at.from.n.dot(at.wo).abs())
+    }
+
+    /// Returns `true` if no path has another vertex after this one. Where light leaves a material again is a vertex after the same
+    /// scattering event.
+    pub(super) fn is_last(&self, walk: &Walk) -> bool {
+        walk.depth + 1 >= self.max_depth && !self.world.has_interiors()
+    }
+
+    /// Continues from a flat triangle in a direction that was chosen.
+    pub(super) fn leave_flat(
+        &self,
+        walk: &mut Walk,
+        at: &FlatVertex,
+        next: &Next,
+        history: &History,
+        stream: &mut SampleStream,
+    ) -> Option<()> {
+        let (factor, reverse) = at.importance_factor(next.d, next.pdf);
+        if is_black(factor) {
+            return None;
+        }
+        walk.throughput *= factor;
+        walk.scatter_at_flat(at, next, reverse, (history, self.bdpt.connections));
+        walk.russian_roulette(factor, stream)
+    }
+
     /// What is known of the strategies that have no vertex from the light (s = 0: the light is met by chance) or only
     /// that on the light (s = 1: emitter sampling) once the first surface is known.
     fn first_onward(
@@ -205,14 +238,14 @@ impl<'a> LightTracer<'_, 'a> {
         visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let connections = self.bdpt.connections;
-        // Where light leaves a material again is a vertex after the same scattering event.
-        let is_last = walk.depth + 1 >= self.max_depth && !self.world.has_interiors();
         // What is not finite comes to one vertex, and is counted where that is joined to others.
-        if is_last || !walk.throughput.is_finite() {
+        if self.is_last(walk) || !walk.throughput.is_finite() {
             return None;
         }
         let (hit, bsdf) = match vertex {
             Vertex::Surface { hit, bsdf, .. } => (hit, bsdf),
+            // From there they continue side by side.
+            Vertex::Flat(_) => return None,
             Vertex::Medium(at) => {
                 walk.scatter_in_medium(at, history, connections, stream);
                 return walk.russian_roulette(Rgb::ONE, stream);

@@ -1,9 +1,12 @@
 //! Many light paths side by side, whose rays are traced together. Nothing that a path brings depends on the others.
 
+use super::flats::Flats;
 use super::light_path::{Begun, LightTracer, LightVertex};
+use super::vertex::Vertex;
 use super::walk::Walk;
 use crate::handles::LightId;
 use crate::math::ray::Ray;
+use crate::math::{Rgb, Vec2};
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
 
@@ -49,10 +52,8 @@ pub(super) fn trace_all<'a>(
     mut paths: impl Iterator<Item = (Known, SampleStream)>,
     visitor: &mut impl Visitor<'a>,
 ) {
-    let world = tracer.world;
     let mut travelers = ArrayVec::<Traveler, WAVE>::new();
-    let mut rays = ArrayVec::<Ray, WAVE>::new();
-    let mut found = [None; WAVE];
+    let mut flats = Flats::default();
     loop {
         let room = travelers.remaining_capacity();
         let begin = |(known, stream)| begin(tracer, known, stream, visitor);
@@ -60,28 +61,116 @@ pub(super) fn trace_all<'a>(
         if travelers.is_empty() {
             return;
         }
-        rays.clear();
-        rays.extend(travelers.iter().map(|traveler| traveler.walk.ray));
-        world.closest(&rays, &mut found[..rays.len()]);
+        let mut has_ended = [false; WAVE];
+        extend(
+            tracer,
+            (&mut travelers, &mut has_ended),
+            &mut flats,
+            visitor,
+        );
+        extend_from_flats(
+            tracer,
+            (&mut travelers, &mut has_ended),
+            &mut flats,
+            visitor,
+        );
         // From the last, so that others take the places of those that end.
         for i in (0..travelers.len()).rev() {
             let Traveler {
                 known,
-                begun,
                 walk,
                 stream,
-            } = &mut travelers[i];
-            let hit = found[i].take();
-            let hit = hit.and_then(|found| world.surface(&walk.ray, &found));
-            let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
-                visitor.visit(known, begun.light, vertex, stream);
-            };
-            let extended = tracer.extend(begun, (walk, hit.as_ref()), stream, &mut visit);
-            if extended.is_none() || walk.depth >= tracer.max_depth {
+                ..
+            } = &travelers[i];
+            if has_ended[i] || walk.depth >= tracer.max_depth {
                 visitor.end(known, stream);
                 travelers.swap_remove(i);
             }
         }
+    }
+}
+
+/// Extends paths by a vertex, and takes up those that come to flat triangles.
+fn extend<'a>(
+    tracer: &LightTracer<'_, 'a>,
+    (travelers, has_ended): (&mut [Traveler], &mut [bool; WAVE]),
+    flats: &mut Flats,
+    visitor: &mut impl Visitor<'a>,
+) {
+    let world = tracer.world;
+    let rays: ArrayVec<Ray, WAVE> = travelers.iter().map(|traveler| traveler.walk.ray).collect();
+    let mut found = [None; WAVE];
+    world.closest(&rays, &mut found[..rays.len()]);
+    flats.clear();
+    for (i, (traveler, found)) in travelers.iter_mut().zip(found).enumerate() {
+        let Traveler {
+            known,
+            begun,
+            walk,
+            stream,
+        } = traveler;
+        let may_be_flat = world.media.is_empty() && walk.throughput.is_finite();
+        let mut add = |found| flats.add(world, (i as u32, &walk.ray), found, Rgb::ONE);
+        if may_be_flat && found.as_ref().is_some_and(&mut add) {
+            continue;
+        }
+        let hit = found.and_then(|found| world.surface(&walk.ray, &found));
+        let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
+            visitor.visit(known, begun.light, vertex, stream);
+        };
+        let extended = tracer.extend(begun, (walk, hit.as_ref()), stream, &mut visit);
+        has_ended[i] = extended.is_none();
+    }
+}
+
+/// Extends the paths that have come to flat triangles.
+fn extend_from_flats<'a>(
+    tracer: &LightTracer<'_, 'a>,
+    (travelers, has_ended): (&mut [Traveler], &mut [bool; WAVE]),
+    flats: &mut Flats,
+    visitor: &mut impl Visitor<'a>,
+) {
+    flats.resolve(tracer.world);
+    for i in 0..flats.count() {
+        let Traveler {
+            begun,
+            walk,
+            stream,
+            ..
+        } = &mut travelers[flats.path(i)];
+        let history = tracer.meet_flat(begun, walk, &flats.vertex(i));
+        let u = match tracer.is_last(walk) {
+            true => Vec2::ZERO,
+            false => {
+                // Reflection has no use for a third number.
+                stream.skip_1d();
+                stream.next_2d()
+            }
+        };
+        flats.know(Some((history, u)));
+    }
+    flats.sample();
+    for i in 0..flats.count() {
+        let Some(&history) = flats.history(i) else {
+            continue;
+        };
+        let (path, at) = (flats.path(i), flats.vertex(i));
+        let Traveler {
+            known,
+            begun,
+            walk,
+            stream,
+        } = &mut travelers[path];
+        let found = LightVertex {
+            vertex: Vertex::Flat(&at),
+            throughput: walk.throughput,
+            history,
+            depth: walk.depth,
+        };
+        let next = flats.next(i).filter(|_| !tracer.is_last(walk));
+        let left = next.and_then(|(next, _)| tracer.leave_flat(walk, &at, &next, &history, stream));
+        has_ended[path] = left.is_none();
+        visitor.visit(known, begun.light, found, stream);
     }
 }
 

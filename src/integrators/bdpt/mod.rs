@@ -20,6 +20,7 @@
 
 mod camera_path;
 mod camera_wave;
+mod flats;
 mod kept;
 mod light_end;
 mod light_path;

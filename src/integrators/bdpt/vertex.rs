@@ -1,7 +1,7 @@
 //! A vertex of a subpath: how it scatters, seen from either end of the path.
 
 use crate::accel::GeometryHit;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Matte, Scatterer};
 use crate::handles::MediumId;
 use crate::integrators::vertex::{MediumVertex, Vertex as _, receiver};
 use crate::math::{Rgb, Vec3};
@@ -21,8 +21,18 @@ pub(super) enum Vertex<'v, 'a> {
         /// The medium that the subpath arrived through.
         medium: Option<MediumId>,
     },
+    /// On a flat triangle that is matte everywhere, in a world without media.
+    Flat(&'v FlatVertex),
     /// In a medium.
     Medium(&'v MediumVertex),
+}
+
+/// A point on a flat matte triangle.
+#[derive(Clone, Copy)]
+pub(super) struct FlatVertex {
+    pub from: ReferencePoint,
+    pub matte: Matte,
+    pub wo: Vec3,
 }
 
 /// What scattering does to a subpath that arrives along `wo` and continues along `wi`.
@@ -41,6 +51,7 @@ impl Vertex<'_, '_> {
     pub(super) fn reference_point(&self) -> ReferencePoint {
         match self {
             Vertex::Surface { hit, bsdf, .. } => receiver(&hit.surface, bsdf),
+            Vertex::Flat(at) => at.from,
             Vertex::Medium(at) => at.reference_point(),
         }
     }
@@ -49,6 +60,7 @@ impl Vertex<'_, '_> {
     pub(super) fn cosine(&self, w: Vec3) -> f32 {
         match self {
             Vertex::Surface { hit, .. } => hit.surface.n.dot(w).abs(),
+            Vertex::Flat(at) => at.from.n.dot(w).abs(),
             Vertex::Medium(_) => 1.0,
         }
     }
@@ -57,7 +69,7 @@ impl Vertex<'_, '_> {
     pub(super) fn connects(&self) -> bool {
         match self {
             Vertex::Surface { bsdf, .. } => bsdf.has_non_specular(),
-            Vertex::Medium(_) => true,
+            Vertex::Flat(_) | Vertex::Medium(_) => true,
         }
     }
 
@@ -65,6 +77,7 @@ impl Vertex<'_, '_> {
     pub(super) fn medium_toward(&self, world: &World, w: Vec3) -> Option<MediumId> {
         match self {
             Vertex::Surface { hit, medium, .. } => world.medium_beyond(hit, w, *medium),
+            Vertex::Flat(_) => None,
             Vertex::Medium(at) => Some(at.medium),
         }
     }
@@ -82,6 +95,14 @@ impl Vertex<'_, '_> {
                     reverse: bsdf.f_and_pdf(wi, wo).1,
                 })
             }
+            Vertex::Flat(at) => {
+                let (value, forward) = at.matte.scattered_and_pdf(wi);
+                (value != Rgb::ZERO).then(|| Scattered {
+                    value,
+                    forward,
+                    reverse: at.reverse(wi),
+                })
+            }
             Vertex::Medium(at) => Some(at.scattered(wi)),
         }
     }
@@ -94,15 +115,52 @@ impl Vertex<'_, '_> {
             Vertex::Surface { hit, bsdf, .. } => {
                 let wo = hit.surface.wo;
                 let (f, reverse) = bsdf.f_and_pdf(wi, wo);
-                let value = f * importance_cosine(hit, bsdf, wi);
+                let value = f * importance_cosine(normals(hit, bsdf), wo, wi);
                 (value != Rgb::ZERO).then(|| Scattered {
                     value,
                     forward: bsdf.f_and_pdf(wo, wi).1,
                     reverse,
                 })
             }
+            Vertex::Flat(at) => at.importance(wi),
             Vertex::Medium(at) => Some(at.scattered(wi)),
         }
+    }
+}
+
+impl FlatVertex {
+    /// Density per solid angle with which a subpath that arrives along `wi` continues along `wo`.
+    pub(super) fn reverse(&self, wi: Vec3) -> f32 {
+        self.seen_from(wi).f_and_pdf(self.wo).1
+    }
+
+    /// How the surface scatters toward `wi`.
+    fn seen_from(&self, wi: Vec3) -> Matte {
+        let matte = &self.matte;
+        let (ng, n) = (matte.geometric_normal(), matte.shading_normal());
+        Matte::new(matte.reflectance(), ng, n, wi)
+    }
+
+    /// Importance from `wi` that is scattered to `wo`: see [`Vertex::importance`].
+    fn importance(&self, wi: Vec3) -> Option<Scattered> {
+        let (f, reverse) = self.seen_from(wi).f_and_pdf(self.wo);
+        let value = f * self.importance_cosine(wi);
+        (value != Rgb::ZERO).then(|| Scattered {
+            value,
+            forward: self.matte.f_and_pdf(wi).1,
+            reverse,
+        })
+    }
+
+    fn importance_cosine(&self, wi: Vec3) -> f32 {
+        importance_cosine((self.from.n, self.matte.shading_normal()), self.wo, wi)
+    }
+
+    /// What importance is multiplied by that continues along `wi`, which the BSDF chose with the density `pdf`; and the density of the
+    /// opposite direction.
+    pub(super) fn importance_factor(&self, wi: Vec3, pdf: f32) -> (Rgb, f32) {
+        let (f, reverse) = self.seen_from(wi).f_and_pdf(self.wo);
+        (f * (self.importance_cosine(wi) / pdf), reverse)
     }
 }
 
@@ -120,11 +178,15 @@ impl MediumVertex {
 
 /// What takes the place of |cos θ| toward `wi` for importance (Veach 1997, equation 5.19): a path from the camera would take up
 /// the cosine of the shading normal toward the light, `wo`, and areas are seen under those of the geometric normal.
-pub(super) fn importance_cosine(hit: &GeometryHit, bsdf: &Bsdf, wi: Vec3) -> f32 {
-    let (n, wo) = (hit.surface.n, hit.surface.wo);
+pub(super) fn importance_cosine((n, shading): (Vec3, Vec3), wo: Vec3, wi: Vec3) -> f32 {
     let seen = n.dot(wo).abs();
     if seen == 0.0 {
         return 0.0;
     }
-    bsdf.shading_normal().dot(wo).abs() * n.dot(wi).abs() / seen
+    shading.dot(wo).abs() * n.dot(wi).abs() / seen
+}
+
+/// The geometric and the shading normal.
+pub(super) fn normals(hit: &GeometryHit, bsdf: &Bsdf) -> (Vec3, Vec3) {
+    (hit.surface.n, bsdf.shading_normal())
 }

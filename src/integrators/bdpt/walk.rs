@@ -1,12 +1,13 @@
 //! A subpath from the camera or from a light, one vertex after the other.
 
-use super::vertex::importance_cosine;
+use super::vertex::{FlatVertex, importance_cosine, normals};
 use super::weights::{History, Onward};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::handles::MediumId;
 use crate::integrators::MAX_NULL_SURFACES;
 use crate::integrators::vertex::{MediumVertex, Vertex as _};
+use crate::integrators::vertices::Next;
 use crate::math::color::is_black;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
@@ -197,6 +198,22 @@ impl Walk {
         self.after_delta = delta;
     }
 
+    /// The subpath continues from a flat triangle.
+    pub(super) fn scatter_at_flat(
+        &mut self,
+        at: &FlatVertex,
+        next: &Next,
+        reverse: f32,
+        (history, connections): (&History, f32),
+    ) {
+        self.from = at.from;
+        self.ray = Ray::new(next.o, next.d, at.from.time);
+        let (pdf, cosine) = (next.pdf, at.from.n.dot(next.d).abs());
+        self.spread = Spread::FromPoint { pdf, cosine };
+        self.onward = history.onward(false, reverse.into(), connections);
+        self.after_delta = false;
+    }
+
     /// Counts a scattering event that has multiplied the throughput by `factor`, apart from what refraction does to
     /// radiance, and decides whether the subpath continues.
     pub(super) fn russian_roulette(
@@ -278,7 +295,7 @@ impl Turn {
                 let cosine = match sample.specular {
                     // The cosine that a delta's value is divided by.
                     true => radiance * importance_correction(hit, bsdf, sample.wi),
-                    false => importance_cosine(hit, bsdf, sample.wi),
+                    false => importance_cosine(normals(hit, bsdf), hit.surface.wo, sample.wi),
                 };
                 let factor = f * (cosine / sample.pdf);
                 (factor, factor)
@@ -301,7 +318,7 @@ fn importance_correction(hit: &GeometryHit, bsdf: &Bsdf, wi: Vec3) -> f32 {
     if shading == 0.0 {
         return 0.0;
     }
-    importance_cosine(hit, bsdf, wi) / shading
+    importance_cosine(normals(hit, bsdf), hit.surface.wo, wi) / shading
 }
 
 /// How a surface scatters that a subpath meets; `None` if it has no material.

@@ -7,6 +7,7 @@ use super::emitter_sampling::weighted;
 use crate::bsdf::{Scatterer, ScattererRows};
 use crate::handles::LightId;
 use crate::integrators::context::WAVE;
+use crate::integrators::vertices::VertexRows;
 use crate::lights::{Glow, Light};
 use crate::math::color::is_black;
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
@@ -182,16 +183,6 @@ impl<S: Scatterer> Default for Vertices<S> {
             throughput: Rows3::default(),
         }
     }
-}
-
-/// What light is sampled with, wherever it is kept.
-pub(super) struct VertexRows<'a, S: Scatterer> {
-    pub pmf: &'a [f32; ROOM],
-    pub u: &'a [[f32; ROOM]; 2],
-    pub p: &'a Rows3<ROOM>,
-    pub p_error: &'a Rows3<ROOM>,
-    pub scatterers: &'a S::Rows<ROOM>,
-    pub throughput: &'a Rows3<ROOM>,
 }
 
 impl<S: Scatterer> Vertices<S> {

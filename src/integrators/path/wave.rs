@@ -7,7 +7,6 @@
 //! materials of a film).
 
 mod emitters;
-mod vertices;
 
 use super::emission::{MisState, Sampled};
 use super::lamps::{Gain, Lamps};
@@ -17,12 +16,12 @@ use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::integrators::Sight;
 use crate::integrators::context::{Bundle, CameraPath, WAVE, Workspace};
 use crate::integrators::shadows::Shadows;
+use crate::integrators::vertices::Vertices;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2};
 use crate::world::World;
 use arrayvec::ArrayVec;
-use vertices::Vertices;
 
 /// What the waves of a thread use one after the other.
 pub(in super::super) struct Wave {

@@ -3,7 +3,6 @@
 use crate::accel::{FlatHits, SmoothHits};
 use crate::bsdf::{Coated, CoatedLobes, Matte, Scatterer, ScattererRows};
 use crate::integrators::context::WAVE;
-use crate::integrators::path::lamps::VertexRows;
 use crate::integrators::vertex::LeanVertex;
 use crate::math::color::is_black;
 use crate::math::float::offset_ray_origin;
@@ -190,7 +189,7 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         (self.next.goes_on[i] != 0).then(|| self.next.weight.get(i))
     }
 
-    /// The steps of [`super::PathState::sample_bsdf`] and what follows.
+    /// The steps of BSDF sampling at a single vertex of a path, and what follows.
     #[inline(always)]
     fn sample_at(&mut self, i: usize) {
         let scatterer = self.scatterers.get(i);
@@ -210,6 +209,16 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         next.pdf[i] = sample.pdf;
         next.goes_on[i] = (is_lit & !is_black(throughput) & is_finite).into();
     }
+}
+
+/// What light is sampled with, wherever it is kept.
+pub(super) struct VertexRows<'a, S: Scatterer> {
+    pub pmf: &'a [f32; WAVE],
+    pub u: &'a [[f32; WAVE]; 2],
+    pub p: &'a Rows3<WAVE>,
+    pub p_error: &'a Rows3<WAVE>,
+    pub scatterers: &'a S::Rows<WAVE>,
+    pub throughput: &'a Rows3<WAVE>,
 }
 
 /// The probability of a light that is sampled at all vertices.
