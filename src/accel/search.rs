@@ -24,6 +24,13 @@ pub struct ClosestHit {
     pub(super) t: f32,
 }
 
+impl ClosestHit {
+    /// How far along the ray it is.
+    pub fn t(&self) -> f32 {
+        self.t
+    }
+}
+
 /// What is searched: one level.
 #[derive(Clone, Copy)]
 pub(super) struct Scope<'a, A> {

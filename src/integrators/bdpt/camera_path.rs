@@ -15,6 +15,7 @@ use crate::integrators::Sight;
 use crate::integrators::context::Context;
 use crate::integrators::shadows::Shadows;
 use crate::integrators::subsurface::find_exit;
+use crate::integrators::vertex::MediumVertex;
 use crate::integrators::vertices::Next;
 use crate::integrators::volpath::{dimmed, ended, transmittance};
 use crate::integrators::witness;
@@ -92,47 +93,55 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// Extends the path by a vertex.
     pub(super) fn extend(&mut self) -> Option<()> {
         let hit = self.context.world.intersect(&self.trail.walk.ray);
-        self.arrive_at(hit.as_ref())
+        let met = self.advance(hit.as_ref().map(|hit| hit.t))?;
+        self.arrive_at(&met, hit.as_ref())
     }
 
-    /// Extends the path by a vertex, where its ray has `hit` a surface or before.
-    pub(super) fn arrive_at(&mut self, hit: Option<&GeometryHit>) -> Option<()> {
-        let world = self.context.world;
-        let met = self.trail.walk.advance(world, hit, self.context.stream);
-        if !self.trail.walk.throughput.is_finite() {
+    /// To the next surface, if the ray hits one, at distance `t`, or to what scatters before it.
+    pub(super) fn advance(&mut self, t: Option<f32>) -> Option<Met> {
+        let walk = &mut self.trail.walk;
+        let met = walk.advance(self.context.world, t, self.context.stream);
+        if !walk.throughput.is_finite() {
             // The sample is dropped, and counted.
-            self.trail.radiance += self.trail.walk.throughput;
+            self.trail.radiance += walk.throughput;
             return None;
         }
-        match met? {
-            Met::Background => {
+        met
+    }
+
+    /// Extends the path by a vertex where it has come to; `hit`: the surface that its ray hits, which matters in a medium only where layers look
+    /// at the path.
+    pub(super) fn arrive_at(&mut self, met: &Met, hit: Option<&GeometryHit>) -> Option<()> {
+        match (met, hit) {
+            (Met::Medium(at), _) => self.meet_particle(at, hit),
+            (Met::Surface, Some(hit)) => self.meet(hit),
+            (Met::Surface | Met::Background, _) => {
                 self.arrive(witness::Met::Background);
                 self.context.look(Sight::escape);
                 self.add_escaped();
                 None
             }
-            Met::Medium(at) => {
-                self.arrive(witness::Met::Medium);
-                if self.context.is_looked_at() {
-                    self.look_beyond(hit);
-                }
-                let history = self.history(at.p, 1.0);
-                if self.trail.walk.depth >= self.bdpt.max_depth {
-                    return None;
-                }
-                self.join(Vertex::Medium(&at), &history);
-                if self.is_spent() {
-                    return None;
-                }
-                let stream = &mut *self.context.stream;
-                self.trail
-                    .walk
-                    .scatter_in_medium(&at, &history, self.bdpt.connections, stream);
-                self.differentials = None;
-                self.trail.walk.russian_roulette(Rgb::ONE, stream)
-            }
-            Met::Surface(hit) => self.meet(hit),
         }
+    }
+
+    /// Extends the path by a vertex in a medium.
+    fn meet_particle(&mut self, at: &MediumVertex, hit: Option<&GeometryHit>) -> Option<()> {
+        self.arrive(witness::Met::Medium);
+        if self.context.is_looked_at() {
+            self.look_beyond(hit);
+        }
+        let history = self.history(at.p, 1.0);
+        if self.trail.walk.depth >= self.bdpt.max_depth {
+            return None;
+        }
+        self.join(Vertex::Medium(at), &history);
+        if self.is_spent() {
+            return None;
+        }
+        let (walk, stream) = (&mut self.trail.walk, &mut *self.context.stream);
+        walk.scatter_in_medium(at, &history, self.bdpt.connections, stream);
+        self.differentials = None;
+        walk.russian_roulette(Rgb::ONE, stream)
     }
 
     /// Extends the path by a vertex on a surface.
@@ -584,11 +593,10 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let walk = std::mem::replace(&mut self.trail.walk, along);
         loop {
             let hit = world.intersect(&self.trail.walk.ray);
-            let met = self
-                .trail
-                .walk
-                .advance(world, hit.as_ref(), self.context.stream);
-            let Some(Met::Surface(hit)) = met else {
+            let t = hit.as_ref().map(|hit| hit.t);
+            let walk = &mut self.trail.walk;
+            let met = walk.advance(world, t, self.context.stream);
+            let (Some(Met::Surface), Some(hit)) = (&met, &hit) else {
                 if let Some(Met::Background) = met {
                     self.add_escaped();
                 }

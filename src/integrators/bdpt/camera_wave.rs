@@ -7,6 +7,7 @@ use super::flats::Flats;
 use super::kept::{LightPath, LightPaths};
 use super::light_path::LightVertex;
 use super::light_wave::{Known, Visitor, trace_all};
+use super::walk::Met;
 use crate::accel::ClosestHit;
 use crate::handles::LightId;
 use crate::integrators::context::{Bundle, WAVE};
@@ -134,17 +135,26 @@ impl<'a> Wave<'a, '_> {
         self.closest(&mut found);
         self.flats.clear();
         for (path, found) in std::mem::take(&mut self.walking).into_iter().zip(found) {
-            if found
-                .as_ref()
-                .is_some_and(|found| self.is_flat(path, found))
-            {
+            let t = found.as_ref().map(ClosestHit::t);
+            let in_medium = self.trails[path as usize].walk.medium.is_some();
+            let advanced =
+                in_medium.then(|| self.with(path, light_paths, |state| state.advance(t)));
+            let is_at_surface = matches!(advanced, None | Some(Some(Met::Surface)));
+            let flat = found.as_ref().filter(|_| is_at_surface);
+            if flat.is_some_and(|found| self.is_flat(path, found)) {
                 continue;
             }
             let extended = self.with(path, light_paths, |state| {
                 state.differentials = state.context.differentials.filter(|_| is_first);
+                let met = match advanced {
+                    Some(met) => met?,
+                    None => state.advance(t)?,
+                };
+                let is_asked = is_at_surface || state.context.is_looked_at();
                 let ray = &state.trail.walk.ray;
-                let hit = found.and_then(|found| world.surface(ray, &found));
-                state.arrive_at(hit.as_ref())
+                let hit = found.filter(|_| is_asked);
+                let hit = hit.and_then(|found| world.surface(ray, &found));
+                state.arrive_at(&met, hit.as_ref())
             });
             if extended.is_some() {
                 self.walking.push(path);
@@ -162,14 +172,8 @@ impl<'a> Wave<'a, '_> {
         let watch = self.bundle.paths[path as usize].watch.as_deref();
         let is_looked_at = watch.is_some_and(Watch::is_looking);
         // At the end of its depth a path is as well off by itself: it brings nothing.
-        let may_be = world.media.is_empty()
-            && walk.depth < self.bdpt.max_depth
-            && walk.throughput.is_finite()
-            && !is_looked_at;
-        may_be
-            && self
-                .flats
-                .add(world, (path, &walk.ray), found, walk.throughput)
+        let may_be = walk.depth < self.bdpt.max_depth && !is_looked_at;
+        may_be && self.flats.add(world, (path, walk), found, walk.throughput)
     }
 
     /// Extends the paths that have come to flat triangles.

@@ -1,9 +1,11 @@
 //! Vertices on flat triangles that are matte everywhere, the commonest: their points are found, and directions chosen, side by side.
 
 use super::vertex::FlatVertex;
+use super::walk::Walk;
 use super::weights::History;
 use crate::accel::{ClosestHit, FlatHits};
 use crate::bsdf::Matte;
+use crate::handles::MediumId;
 use crate::integrators::context::WAVE;
 use crate::integrators::vertices::{Next, Vertices};
 use crate::math::ray::Ray;
@@ -16,7 +18,8 @@ use arrayvec::ArrayVec;
 pub(super) struct Flats {
     hits: FlatHits<WAVE>,
     vertices: Vertices<Matte, WAVE>,
-    rays: ArrayVec<Ray, WAVE>,
+    /// The rays, and the media along them.
+    arriving: ArrayVec<(Ray, Option<MediumId>), WAVE>,
     /// What is known of each before a direction is chosen: `None` where the path ends.
     known: ArrayVec<Option<History>, WAVE>,
 }
@@ -24,7 +27,7 @@ pub(super) struct Flats {
 impl Flats {
     pub(super) fn clear(&mut self) {
         self.vertices.clear();
-        self.rays.clear();
+        self.arriving.clear();
         self.known.clear();
     }
 
@@ -32,12 +35,13 @@ impl Flats {
         self.vertices.count()
     }
 
-    /// Takes up what a path's ray has hit if it is of a flat triangle that is matte everywhere, and emits nothing.
+    /// Takes up what a path's ray has hit if it is of a flat triangle that is matte everywhere, emits nothing, and has the same medium on both
+    /// sides.
     #[inline(always)]
     pub(super) fn add(
         &mut self,
         world: &World,
-        (path, ray): (u32, &Ray),
+        (path, walk): (u32, &Walk),
         found: &ClosestHit,
         throughput: Rgb,
     ) -> bool {
@@ -45,15 +49,18 @@ impl Flats {
             return false;
         };
         let attributes = triangle.attributes();
-        if attributes.light.is_some() || !triangle.is_flat() {
+        let may_be_interface = attributes.interface.is_some() && !world.media.is_empty();
+        // What is not finite goes by itself, and is counted.
+        let is_finite = walk.throughput.is_finite();
+        if attributes.light.is_some() || may_be_interface || !triangle.is_flat() || !is_finite {
             return false;
         }
         let Some(reflectance) = world.even_reflectance(attributes.material) else {
             return false;
         };
-        self.hits.set(self.count(), ray, (&triangle, found));
+        self.hits.set(self.count(), &walk.ray, (&triangle, found));
         self.vertices.add_flat(path, reflectance, throughput);
-        self.rays.push(*ray);
+        self.arriving.push((walk.ray, walk.medium));
         true
     }
 
@@ -64,7 +71,7 @@ impl Flats {
         self.vertices.place(&self.hits);
         for i in 0..count {
             if let Some(found) = self.hits.grazing(i)
-                && let Some(hit) = world.surface(&self.rays[i], &found)
+                && let Some(hit) = world.surface(&self.arriving[i].0, &found)
             {
                 self.vertices.place_alone(i, &hit.surface);
             }
@@ -79,12 +86,13 @@ impl Flats {
     /// Vertex `i`.
     #[inline(always)]
     pub(super) fn vertex(&self, i: usize) -> FlatVertex {
-        let ray = &self.rays[i];
+        let (ray, medium) = &self.arriving[i];
         let vertex = self.vertices.vertex(i, ray.time);
         FlatVertex {
             from: vertex.from,
             matte: vertex.scatterer,
             wo: -ray.d,
+            medium: *medium,
         }
     }
 

@@ -63,8 +63,12 @@ impl<'a> LightTracer<'_, 'a> {
         };
         while walk.depth < self.max_depth {
             let hit = self.world.intersect(&walk.ray);
-            let at = (&mut walk, hit.as_ref());
-            if self.extend(&begun, at, stream, &mut visit).is_none() {
+            let met = walk.advance(self.world, hit.as_ref().map(|hit| hit.t), stream);
+            let at = met.map(|met| (&mut walk, (met, hit.as_ref())));
+            if at
+                .and_then(|at| self.extend(&begun, at, stream, &mut visit))
+                .is_none()
+            {
                 return;
             }
         }
@@ -120,21 +124,20 @@ impl<'a> LightTracer<'_, 'a> {
         valid.then_some((begun, walk))
     }
 
-    /// Extends a path by a vertex, where its ray has `hit` a surface or before; `None` where it ends.
+    /// Extends a path by a vertex where it has come to, perhaps the surface that its ray hits; `None` where it ends.
     pub(super) fn extend(
         &self,
         begun: &Begun,
-        (walk, hit): (&mut Walk, Option<&GeometryHit>),
+        (walk, (met, hit)): (&mut Walk, (Met, Option<&GeometryHit>)),
         stream: &mut SampleStream,
         visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let world = self.world;
         let mut bsdf = Bsdf::empty();
-        let met = walk.advance(world, hit, stream)?;
-        let vertex = match &met {
-            Met::Background => return None,
-            Met::Medium(at) => Vertex::Medium(at),
-            Met::Surface(hit) => {
+        let vertex = match (&met, hit) {
+            (Met::Medium(at), _) => Vertex::Medium(at),
+            (Met::Background, _) | (Met::Surface, None) => return None,
+            (Met::Surface, Some(hit)) => {
                 if surface_bsdf(world, hit, None, Carries::Importance, &mut bsdf).is_none() {
                     return walk.pass(world, hit);
                 }

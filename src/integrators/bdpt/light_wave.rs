@@ -3,7 +3,8 @@
 use super::flats::Flats;
 use super::light_path::{Begun, LightTracer, LightVertex};
 use super::vertex::Vertex;
-use super::walk::Walk;
+use super::walk::{Met, Walk};
+use crate::accel::ClosestHit;
 use crate::handles::LightId;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2};
@@ -109,16 +110,22 @@ fn extend<'a>(
             walk,
             stream,
         } = traveler;
-        let may_be_flat = world.media.is_empty() && walk.throughput.is_finite();
-        let mut add = |found| flats.add(world, (i as u32, &walk.ray), found, Rgb::ONE);
-        if may_be_flat && found.as_ref().is_some_and(&mut add) {
+        let t = found.as_ref().map(ClosestHit::t);
+        let Some(met) = walk.advance(world, t, stream) else {
+            has_ended[i] = true;
+            continue;
+        };
+        let found = found.filter(|_| matches!(met, Met::Surface));
+        let mut add = |found| flats.add(world, (i as u32, walk), found, Rgb::ONE);
+        if found.as_ref().is_some_and(&mut add) {
             continue;
         }
         let hit = found.and_then(|found| world.surface(&walk.ray, &found));
         let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
             visitor.visit(known, begun.light, vertex, stream);
         };
-        let extended = tracer.extend(begun, (walk, hit.as_ref()), stream, &mut visit);
+        let at = (walk, (met, hit.as_ref()));
+        let extended = tracer.extend(begun, at, stream, &mut visit);
         has_ended[i] = extended.is_none();
     }
 }

@@ -21,7 +21,7 @@ pub(super) enum Vertex<'v, 'a> {
         /// The medium that the subpath arrived through.
         medium: Option<MediumId>,
     },
-    /// On a flat triangle that is matte everywhere, in a world without media.
+    /// On a flat triangle that is matte everywhere, and no interface between media.
     Flat(&'v FlatVertex),
     /// In a medium.
     Medium(&'v MediumVertex),
@@ -33,6 +33,8 @@ pub(super) struct FlatVertex {
     pub from: ReferencePoint,
     pub matte: Matte,
     pub wo: Vec3,
+    /// The medium around it.
+    pub medium: Option<MediumId>,
 }
 
 /// What scattering does to a subpath that arrives along `wo` and continues along `wi`.
@@ -77,7 +79,7 @@ impl Vertex<'_, '_> {
     pub(super) fn medium_toward(&self, world: &World, w: Vec3) -> Option<MediumId> {
         match self {
             Vertex::Surface { hit, medium, .. } => world.medium_beyond(hit, w, *medium),
-            Vertex::Flat(_) => None,
+            Vertex::Flat(at) => at.medium,
             Vertex::Medium(at) => Some(at.medium),
         }
     }

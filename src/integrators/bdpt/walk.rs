@@ -57,13 +57,14 @@ pub(super) struct Walk {
 }
 
 /// What a subpath meets.
-pub(super) enum Met<'h> {
+#[derive(Clone, Copy)]
+pub(super) enum Met {
     /// Nothing.
     Background,
     /// A particle.
     Medium(MediumVertex),
     /// A surface, with or without material.
-    Surface(&'h GeometryHit),
+    Surface,
 }
 
 impl Walk {
@@ -89,19 +90,19 @@ impl Walk {
         }
     }
 
-    /// To the next surface, which the ray has `hit`, or to what scatters before it. `None` where the throughput becomes black, or
+    /// To the next surface, if the ray hits one, at distance `t`, or to what scatters before it. `None` where the throughput becomes black, or
     /// what is not finite enters a medium.
-    pub(super) fn advance<'h>(
+    pub(super) fn advance(
         &mut self,
         world: &World,
-        hit: Option<&'h GeometryHit>,
+        t: Option<f32>,
         stream: &mut SampleStream,
-    ) -> Option<Met<'h>> {
+    ) -> Option<Met> {
         if let Some(id) = self.medium {
             if !self.throughput.is_finite() {
                 return None;
             }
-            let t_max = hit.map_or(self.ray.t_max, |hit| hit.t);
+            let t_max = t.unwrap_or(self.ray.t_max);
             let medium = world.media.medium(id);
             let (flight, phase) = medium.sample(&self.ray, t_max, self.throughput, stream);
             self.throughput *= flight.weight;
@@ -119,7 +120,7 @@ impl Walk {
                 }));
             }
         }
-        Some(hit.map_or(Met::Background, Met::Surface))
+        Some(t.map_or(Met::Background, |_| Met::Surface))
     }
 
     /// Through a surface without material.
