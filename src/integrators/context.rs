@@ -1,7 +1,7 @@
 //! What an integrator works with: a camera ray, the world, its lights and the samples.
 
 use super::Sight;
-use super::bdpt::SpareVertices;
+use super::bdpt::{Room, SpareVertices};
 use super::emitters::Emitters;
 use super::path::Wave;
 use super::witness::{Met, Place, Watch};
@@ -30,7 +30,9 @@ pub(super) struct Lights {
 #[derive(Default)]
 pub struct Workspace {
     pub(super) vertices: SpareVertices,
-    /// For integrators that walk many paths side by side.
+    /// For `bdpt`, which walks many paths side by side.
+    pub(super) room: Option<Box<Room>>,
+    /// For `path`, which does so as well.
     pub(super) wave: Option<Box<Wave>>,
 }
 

@@ -31,6 +31,7 @@ pub(super) trait Transport {
         _job: &LightJob,
         _lights: &Lights,
         _paths: impl Iterator<Item = (u64, SampleStream)>,
+        _workspace: &mut Workspace,
         _splat: &mut impl FnMut(Splat),
     ) {
     }
@@ -139,9 +140,10 @@ macro_rules! integrator_types {
                 job: &LightJob,
                 lights: &Lights,
                 paths: impl Iterator<Item = (u64, SampleStream)>,
+                workspace: &mut Workspace,
                 splat: &mut impl FnMut(Splat),
             ) {
-                match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, splat),)* }
+                match self { $(IntegratorSpec::$Type(i) => i.light_paths(job, lights, paths, workspace, splat),)* }
             }
 
             pub(super) fn beginning(&self, job: &LightJob, lights: &Lights, stream: SampleStream) -> Option<Beginning> {

@@ -322,9 +322,11 @@ impl Integrator {
         &self,
         job: &LightJob,
         paths: impl Iterator<Item = (u64, SampleStream)>,
+        workspace: &mut Workspace,
         splat: &mut impl FnMut(Splat),
     ) {
-        self.spec.light_paths(job, &self.lights, paths, splat);
+        let lights = &self.lights;
+        self.spec.light_paths(job, lights, paths, workspace, splat);
     }
 
     /// Where the light path with these sample points begins.

@@ -10,7 +10,7 @@
 
 use super::{Progress, RenderJob};
 use crate::film::{LightShare, PixelBounds, SplatBuffer, Splats};
-use crate::integrators::{LightJob, Splat};
+use crate::integrators::{LightJob, Splat, Workspace};
 use crate::math::color::luminance;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -164,13 +164,19 @@ pub(super) fn trace(
     is_whole
 }
 
+/// What a thread works with.
+struct Own {
+    buffer: SplatBuffer,
+    workspace: Workspace,
+}
+
 /// What all workers share.
 struct Worker<'a> {
     job: &'a RenderJob,
     sampler: &'a Sampler,
     half: u8,
     /// One for each thread.
-    buffers: Mutex<Vec<SplatBuffer>>,
+    buffers: Mutex<Vec<Own>>,
     splats: Mutex<&'a mut Splats>,
     /// How many the splats have.
     pixels: usize,
@@ -182,21 +188,25 @@ impl Worker<'_> {
     #[inline(never)]
     fn trace_chunk(&self, chunk: Range<u64>, in_time: impl Fn() -> bool) -> bool {
         // There are as many as threads: one is left.
-        let buffer = lock(&self.buffers).pop();
-        let mut buffer = buffer.unwrap_or_else(|| self.new_buffer());
-        let is_whole = self.trace_into(&mut buffer, chunk, in_time);
-        lock(&self.buffers).push(buffer);
+        let own = lock(&self.buffers).pop();
+        let mut own = own.unwrap_or_else(|| self.new_buffer());
+        let is_whole = self.trace_into(&mut own, chunk, in_time);
+        lock(&self.buffers).push(own);
         is_whole
     }
 
-    fn new_buffer(&self) -> SplatBuffer {
+    fn new_buffer(&self) -> Own {
         let most = self.job.film.max_sample_luminance * self.job.splats_per_sample();
-        SplatBuffer::new(self.job.lit(), most, self.job.film.layers.lights() > 0)
+        let has_layers = self.job.film.layers.lights() > 0;
+        Own {
+            buffer: SplatBuffer::new(self.job.lit(), most, has_layers),
+            workspace: Workspace::default(),
+        }
     }
 
     fn trace_into(
         &self,
-        buffer: &mut SplatBuffer,
+        Own { buffer, workspace }: &mut Own,
         chunk: Range<u64>,
         in_time: impl Fn() -> bool,
     ) -> bool {
@@ -207,7 +217,7 @@ impl Worker<'_> {
                 return false;
             }
             let count = run.end - run.start;
-            trace_run(self.job, self.sampler, run, buffer);
+            trace_run(self.job, self.sampler, run, (buffer, workspace));
             self.progress.advance(count);
             if buffer.is_full() || self.is_time_to_keep() {
                 self.empty(buffer);
@@ -239,7 +249,12 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Traces paths one after the other.
-fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut SplatBuffer) {
+fn trace_run(
+    job: &RenderJob,
+    sampler: &Sampler,
+    run: Range<u64>,
+    (buffer, workspace): (&mut SplatBuffer, &mut Workspace),
+) {
     let (end, ghosts) = (run.end, run.clone());
     let paths = run.map(|path| (path, sampler.light_stream(path)));
     let splat = &mut |splat: Splat| {
@@ -249,7 +264,8 @@ fn trace_run(job: &RenderJob, sampler: &Sampler, run: Range<u64>, buffer: &mut S
     };
     let light_job = job.light_job();
     if job.traces_light() {
-        job.integrator.light_paths(&light_job, paths, splat);
+        let integrator = &job.integrator;
+        integrator.light_paths(&light_job, paths, workspace, splat);
     }
     if let Some(light) = &job.ghosts {
         for path in ghosts {

@@ -19,41 +19,45 @@ use crate::samplers::SampleStream;
 use crate::world::World;
 use arrayvec::ArrayVec;
 
-/// Paths on their way.
-struct Wave<'a, 'p> {
-    bdpt: &'a Bdpt,
-    bundle: Bundle<'a, 'p>,
+/// What waves of a thread use one after the other: it is too large to be made for each.
+#[derive(Default)]
+pub(in crate::integrators) struct Room {
     /// By path.
     trails: ArrayVec<Trail, WAVE>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
+    pub(super) flats: Flats,
+}
+
+/// Paths on their way.
+struct Wave<'a, 'p> {
+    bdpt: &'a Bdpt,
+    bundle: Bundle<'a, 'p>,
+    room: Box<Room>,
     /// Whether shadow rays wait for others.
     waits: bool,
-    flats: Flats,
 }
 
 /// The radiance along each path of the bundle.
 pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
-    // In its place from the beginning: it is large.
     let mut wave = Wave {
         bdpt,
+        room: bundle.workspace.room.take().unwrap_or_default(),
         waits: shadows_may_wait(bundle.world),
         bundle,
-        trails: ArrayVec::new(),
-        walking: ArrayVec::new(),
-        shadows: Shadows::default(),
-        flats: Flats::default(),
     };
     let light_paths = wave.begin();
     let mut is_first = true;
-    while !wave.walking.is_empty() {
+    while !wave.room.walking.is_empty() {
         wave.extend(&light_paths, is_first);
         is_first = false;
     }
     let brought = |trail: &Trail| trail.radiance + trail.joined;
-    out.extend(wave.trails.iter().map(brought));
-    light_paths.give_back(&mut wave.bundle.workspace.vertices);
+    out.extend(wave.room.trails.iter().map(brought));
+    let Wave { bundle, room, .. } = wave;
+    light_paths.give_back(&mut bundle.workspace.vertices);
+    bundle.workspace.room = Some(room);
 }
 
 /// Keeps light paths, and the numbers that they leave for the camera paths.
@@ -82,10 +86,12 @@ impl<'a> Wave<'a, '_> {
     /// Begins all paths, and traces light paths for those that are joined to one.
     fn begin(&mut self) -> LightPaths<'a> {
         let mut joined = ArrayVec::<u32, WAVE>::new();
+        self.room.trails.clear();
+        self.room.walking.clear();
         for path in 0..self.bundle.paths.len().min(WAVE) {
             let context = self.bundle.context(path);
-            self.trails.push(Trail::new(&context));
-            self.walking.push(path as u32);
+            self.room.trails.push(Trail::new(&context));
+            self.room.walking.push(path as u32);
             if self.bdpt.joins(context.stream) {
                 joined.push(path as u32);
             }
@@ -119,7 +125,8 @@ impl<'a> Wave<'a, '_> {
             };
             (known, *of_camera.stream)
         };
-        trace_all(&tracer, joined.iter().map(begin), &mut keeper);
+        let flats = &mut self.room.flats;
+        trace_all(&tracer, joined.iter().map(begin), flats, &mut keeper);
         for &path in joined {
             if let Some(stream) = keeper.ended[path as usize] {
                 *paths[path as usize].stream = stream;
@@ -133,10 +140,13 @@ impl<'a> Wave<'a, '_> {
         let world = self.bundle.world;
         let mut found = [None; WAVE];
         self.closest(&mut found);
-        self.flats.clear();
-        for (path, found) in std::mem::take(&mut self.walking).into_iter().zip(found) {
+        self.room.flats.clear();
+        for (path, found) in std::mem::take(&mut self.room.walking)
+            .into_iter()
+            .zip(found)
+        {
             let t = found.as_ref().map(ClosestHit::t);
-            let in_medium = self.trails[path as usize].walk.medium.is_some();
+            let in_medium = self.room.trails[path as usize].walk.medium.is_some();
             let advanced =
                 in_medium.then(|| self.with(path, light_paths, |state| state.advance(t)));
             let is_at_surface = matches!(advanced, None | Some(Some(Met::Surface)));
@@ -157,7 +167,7 @@ impl<'a> Wave<'a, '_> {
                 state.arrive_at(&met, hit.as_ref())
             });
             if extended.is_some() {
-                self.walking.push(path);
+                self.room.walking.push(path);
             }
         }
         self.extend_from_flats(light_paths);
@@ -168,40 +178,44 @@ impl<'a> Wave<'a, '_> {
     /// the path.
     fn is_flat(&mut self, path: u32, found: &ClosestHit) -> bool {
         let world = self.bundle.world;
-        let walk = &self.trails[path as usize].walk;
+        let walk = &self.room.trails[path as usize].walk;
         let watch = self.bundle.paths[path as usize].watch.as_deref();
         let is_looked_at = watch.is_some_and(Watch::is_looking);
         // At the end of its depth a path is as well off by itself: it brings nothing.
         let may_be = walk.depth < self.bdpt.max_depth && !is_looked_at;
-        may_be && self.flats.add(world, (path, walk), found, walk.throughput)
+        may_be
+            && self
+                .room
+                .flats
+                .add(world, (path, walk), found, walk.throughput)
     }
 
     /// Extends the paths that have come to flat triangles.
     fn extend_from_flats(&mut self, light_paths: &LightPaths<'a>) {
-        self.flats.resolve(self.bundle.world);
-        for i in 0..self.flats.count() {
-            let (path, vertex) = (self.flats.path(i), self.flats.vertex(i));
+        self.room.flats.resolve(self.bundle.world);
+        for i in 0..self.room.flats.count() {
+            let (path, vertex) = (self.room.flats.path(i), self.room.flats.vertex(i));
             let met = self.with(path as u32, light_paths, |state| state.meet_flat(&vertex));
             let stream = &mut *self.bundle.paths[path].stream;
-            self.flats.know(met.map(|history| {
+            self.room.flats.know(met.map(|history| {
                 // Reflection has no use for a third number.
                 stream.skip_1d();
                 (history, stream.next_2d())
             }));
         }
-        self.flats.sample();
-        for i in 0..self.flats.count() {
-            let path = self.flats.path(i) as u32;
-            let known = (self.flats.history(i).copied(), self.flats.next(i));
+        self.room.flats.sample();
+        for i in 0..self.room.flats.count() {
+            let path = self.room.flats.path(i) as u32;
+            let known = (self.room.flats.history(i).copied(), self.room.flats.next(i));
             let (Some(history), Some((next, weight))) = known else {
                 continue;
             };
-            let vertex = self.flats.vertex(i);
+            let vertex = self.room.flats.vertex(i);
             let left = self.with(path, light_paths, |state| {
                 state.leave_flat(&vertex, (&next, weight), &history)
             });
             if left.is_some() {
-                self.walking.push(path);
+                self.room.walking.push(path);
             }
         }
     }
@@ -221,37 +235,37 @@ impl<'a> Wave<'a, '_> {
             bdpt: self.bdpt,
             differentials: None,
             context: &mut context,
-            trail: &mut self.trails[path as usize],
+            trail: &mut self.room.trails[path as usize],
             light_path,
-            waiting: waits.then_some((&mut self.shadows, path)),
+            waiting: waits.then_some((&mut self.room.shadows, path)),
         })
     }
 
     /// What the paths hit.
     fn closest(&self, found: &mut [Option<ClosestHit>; WAVE]) {
-        let ray = |&path: &u32| self.trails[path as usize].walk.ray;
-        let rays: ArrayVec<Ray, WAVE> = self.walking.iter().map(ray).collect();
+        let ray = |&path: &u32| self.room.trails[path as usize].walk.ray;
+        let rays: ArrayVec<Ray, WAVE> = self.room.walking.iter().map(ray).collect();
         let found = &mut found[..rays.len()];
         self.bundle.world.closest(&rays, found);
     }
 
     /// Returns `true` if there is room for so many shadow rays, now at least.
     fn make_room(&mut self, count: usize) -> bool {
-        if self.shadows.room() < count {
+        if self.room.shadows.room() < count {
             self.trace_shadows();
         }
-        self.shadows.room() >= count
+        self.room.shadows.room() >= count
     }
 
     /// Adds the light that nothing blocks.
     fn trace_shadows(&mut self) {
         let Wave {
-            bdpt,
-            bundle,
-            trails,
-            ..
+            bdpt, bundle, room, ..
         } = self;
-        self.shadows.trace(bundle.world, |gain| {
+        let Room {
+            trails, shadows, ..
+        } = &mut **room;
+        shadows.trace(bundle.world, |gain| {
             let mut context = bundle.context(gain.path as usize);
             let mut state = CameraPath {
                 bdpt,

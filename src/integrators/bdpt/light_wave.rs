@@ -51,30 +51,30 @@ pub(super) trait Visitor<'a> {
 pub(super) fn trace_all<'a>(
     tracer: &LightTracer<'_, 'a>,
     mut paths: impl Iterator<Item = (Known, SampleStream)>,
+    flats: &mut Flats,
     visitor: &mut impl Visitor<'a>,
 ) {
     let mut travelers = ArrayVec::<Traveler, WAVE>::new();
-    let mut flats = Flats::default();
     loop {
-        let room = travelers.remaining_capacity();
-        let begin = |(known, stream)| begin(tracer, known, stream, visitor);
-        travelers.extend(paths.by_ref().filter_map(begin).take(room));
+        while !travelers.is_full()
+            && let Some((known, mut stream)) = paths.next()
+        {
+            match tracer.begin(known.time, &mut stream) {
+                Some((begun, walk)) if tracer.max_depth > 0 => travelers.push(Traveler {
+                    known,
+                    begun,
+                    walk,
+                    stream,
+                }),
+                _ => visitor.end(&known, &stream),
+            }
+        }
         if travelers.is_empty() {
             return;
         }
         let mut has_ended = [false; WAVE];
-        extend(
-            tracer,
-            (&mut travelers, &mut has_ended),
-            &mut flats,
-            visitor,
-        );
-        extend_from_flats(
-            tracer,
-            (&mut travelers, &mut has_ended),
-            &mut flats,
-            visitor,
-        );
+        extend(tracer, (&mut travelers, &mut has_ended), flats, visitor);
+        extend_from_flats(tracer, (&mut travelers, &mut has_ended), flats, visitor);
         // From the last, so that others take the places of those that end.
         for i in (0..travelers.len()).rev() {
             let Traveler {
@@ -179,23 +179,4 @@ fn extend_from_flats<'a>(
         has_ended[path] = left.is_none();
         visitor.visit(known, begun.light, found, stream);
     }
-}
-
-fn begin<'a>(
-    tracer: &LightTracer<'_, 'a>,
-    known: Known,
-    mut stream: SampleStream,
-    visitor: &mut impl Visitor<'a>,
-) -> Option<Traveler> {
-    let begun = tracer.begin(known.time, &mut stream);
-    let Some((begun, walk)) = begun.filter(|_| tracer.max_depth > 0) else {
-        visitor.end(&known, &stream);
-        return None;
-    };
-    Some(Traveler {
-        known,
-        begun,
-        walk,
-        stream,
-    })
 }

@@ -32,7 +32,7 @@ mod walk;
 mod weights;
 
 use super::context::{Bundle, Context, Lights, WAVE};
-use super::{Beginning, LightJob, Path, Splat, Transport};
+use super::{Beginning, LightJob, Path, Splat, Transport, Workspace};
 use crate::lights::SelectionStrategy;
 use crate::math::Rgb;
 use crate::params::ParamReader;
@@ -43,6 +43,7 @@ use camera_path::{CameraPath, Trail};
 use kept::LightPaths;
 use light_path::LightTracer;
 
+pub(super) use camera_wave::Room;
 pub(super) use kept::SpareVertices;
 pub use strategies::Shown;
 pub(super) use walk::{Carries, Turn};
@@ -170,6 +171,7 @@ impl Transport for Bdpt {
         job: &LightJob,
         lights: &Lights,
         paths: impl Iterator<Item = (u64, SampleStream)>,
+        workspace: &mut Workspace,
         splat: &mut impl FnMut(Splat),
     ) {
         let tracer = LightTracer {
@@ -178,7 +180,8 @@ impl Transport for Bdpt {
             lights,
             max_depth: self.max_depth,
         };
-        splat::splat_paths(&tracer, job, paths, splat);
+        let room = workspace.room.get_or_insert_default();
+        splat::splat_paths(&tracer, job, paths, &mut room.flats, splat);
     }
 
     fn beginning(

@@ -1,6 +1,7 @@
 //! The light pass (t = 1): vertices of light paths are joined to the lens, and what they bring goes to the pixels around the film
 //! point where it lands. Connections are collected, so that a lens traces many of them side by side.
 
+use super::flats::Flats;
 use super::light_path::{LightTracer, LightVertex};
 use super::light_wave::{Known, Visitor, trace_all};
 use super::strategies::layer;
@@ -50,6 +51,7 @@ pub(super) fn splat_paths(
     tracer: &LightTracer,
     job: &LightJob,
     paths: impl Iterator<Item = (u64, SampleStream)>,
+    flats: &mut Flats,
     splat: &mut impl FnMut(Splat),
 ) {
     let mut waiting = Waiting {
@@ -68,7 +70,7 @@ pub(super) fn splat_paths(
         };
         (known, stream)
     });
-    trace_all(tracer, paths, &mut waiting);
+    trace_all(tracer, paths, flats, &mut waiting);
     waiting.land();
 }
 

@@ -363,12 +363,12 @@ impl RenderJob {
         let Pilot { sampler, blocks } = pilot;
         let job = self.light_job();
         let chunks = (paths.start / CHUNK..paths.end / CHUNK).into_par_iter();
-        let brought = chunks.map(|chunk| {
+        let brought = chunks.map_init(Workspace::default, |workspace, chunk| {
             let paths = chunk * CHUNK..(chunk + 1) * CHUNK;
             let paths = paths.map(|path| (path, sampler.light_stream(path)));
             let mut brought = Vec::new();
             self.integrator
-                .light_paths(&job, paths, &mut |splat: Splat| {
+                .light_paths(&job, paths, workspace, &mut |splat: Splat| {
                     let others = splat.by_camera * splat.by_camera;
                     brought.push(Brought {
                         path: splat.path,
