@@ -1,6 +1,7 @@
 //! BSDFs, which describe how surfaces scatter light: lobes, and the [`Bsdf`] that sums them at a point (Pharr, Jakob
 //! and Humphreys 2016, chapters 8 and 14; docs/scene-language.md §3.8).
 
+mod boundary;
 pub mod clearcoat;
 mod coated;
 pub mod disney_diffuse;
@@ -26,6 +27,7 @@ pub mod subsurface_exit;
 pub(crate) mod testing;
 pub mod trowbridge_reitz;
 
+pub(crate) use boundary::Boundary;
 pub(crate) use coated::{Coated, CoatedLobes};
 pub use lobe::Lobe;
 pub(crate) use matte::Matte;
@@ -384,14 +386,19 @@ impl<'a> Bsdf<'a> {
     }
 
     fn specular_sample(&self, local: &LobeSample, chance: f32, lobe: usize) -> Option<BsdfSample> {
-        let wi = self.frame.to_world(local.wi);
-        let sample = BsdfSample {
-            pdf: local.pdf * chance,
-            specular: true,
-            ..BsdfSample::of_lobe(lobe, local, wi)
-        };
-        (sample.pdf > 0.0 && !is_black(sample.f)).then_some(sample)
+        of_specular(&self.frame, local, chance, lobe)
     }
+}
+
+/// As the perfectly specular lobe with this index has sampled it, which was chosen with this chance.
+fn of_specular(frame: &Frame, local: &LobeSample, chance: f32, lobe: usize) -> Option<BsdfSample> {
+    let wi = frame.to_world(local.wi);
+    let sample = BsdfSample {
+        pdf: local.pdf * chance,
+        specular: true,
+        ..BsdfSample::of_lobe(lobe, local, wi)
+    };
+    (sample.pdf > 0.0 && !is_black(sample.f)).then_some(sample)
 }
 
 impl BsdfSample {

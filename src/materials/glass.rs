@@ -2,10 +2,11 @@
 
 use super::inputs::refractive_index;
 use super::lobes::{UNBENT, glossy, into_index, rough_refraction};
+use super::place::{as_reflectance, as_refractive_index};
 use super::roughness::{Roughness, find_roughness};
 use super::{Material, Place, Scattering, may_scatter};
 use crate::bsdf::specular::FresnelSpecular;
-use crate::bsdf::{Bsdf, Lobe};
+use crate::bsdf::{Boundary, Bsdf, Lobe};
 use crate::inputs::{FloatInput, SpectrumInput};
 use crate::math::Rgb;
 use crate::math::color::is_black;
@@ -42,6 +43,19 @@ impl Glass {
     }
 }
 
+/// The lobe of a smooth surface, if it scatters anything.
+fn smooth<'a>(reflectance: Rgb, transmittance: Rgb, eta_b: f32) -> Option<Lobe<'a>> {
+    let boundary = FresnelSpecular {
+        reflectance,
+        transmittance,
+        eta_a: 1.0,
+        eta_b,
+        evenness: 0.0,
+    };
+    let is_lit = !is_black(reflectance) || !is_black(transmittance);
+    is_lit.then_some(Lobe::FresnelSpecular(boundary))
+}
+
 impl Scattering for Glass {
     fn is_isotropic(&self) -> bool {
         self.roughness.is_isotropic()
@@ -53,15 +67,22 @@ impl Scattering for Glass {
         if let Some(distribution) = self.roughness.facets(at) {
             bsdf.extend(glossy(reflectance, distribution, into_index(eta_b)));
             bsdf.extend(rough_refraction(transmittance, distribution, eta_b));
-        } else if !is_black(reflectance) || !is_black(transmittance) {
-            bsdf.add(Lobe::FresnelSpecular(FresnelSpecular {
-                reflectance,
-                transmittance,
-                eta_a: 1.0,
-                eta_b,
-                evenness: 0.0,
-            }));
+        } else {
+            bsdf.extend(smooth(reflectance, transmittance, eta_b));
         }
+    }
+
+    fn even_boundary(&self) -> Option<Boundary> {
+        let (SpectrumInput::Constant(kr), SpectrumInput::Constant(kt), FloatInput::Constant(eta)) =
+            (self.kr, self.kt, self.eta)
+        else {
+            return None;
+        };
+        if !self.roughness.is_smooth() {
+            return None;
+        }
+        let (kr, kt) = (as_reflectance(kr), as_reflectance(kt));
+        Boundary::of(&smooth(kr, kt, as_refractive_index(eta))?)
     }
 
     fn max_lobes(&self) -> usize {

@@ -1,9 +1,10 @@
 //! The `mirror` material.
 
 use super::lobes::mirror;
+use super::place::as_reflectance;
 use super::{Material, Place, Scattering, may_scatter};
-use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::Fresnel;
+use crate::bsdf::{Boundary, Bsdf};
 use crate::inputs::SpectrumInput;
 use crate::math::Rgb;
 use crate::params::ParamReader;
@@ -27,6 +28,13 @@ impl Mirror {
 impl Scattering for Mirror {
     fn add_lobes(&self, at: &Place, bsdf: &mut Bsdf) {
         bsdf.extend(mirror(at.reflectance(&self.kr), Fresnel::NoOp));
+    }
+
+    fn even_boundary(&self) -> Option<Boundary> {
+        let SpectrumInput::Constant(kr) = self.kr else {
+            return None;
+        };
+        Boundary::of(&mirror(as_reflectance(kr), Fresnel::NoOp)?)
     }
 
     fn is_smooth(&self, _materials: &[Material]) -> bool {

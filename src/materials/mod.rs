@@ -54,7 +54,7 @@ pub use subsurface::Subsurface;
 pub use translucent::Translucent;
 pub use uber::Uber;
 
-use crate::bsdf::{Bsdf, CoatedLobes};
+use crate::bsdf::{Boundary, Bsdf, CoatedLobes};
 use crate::handles::MaterialId;
 use crate::inputs::{SpectrumInput, TexturesRead};
 use crate::math::Rgb;
@@ -175,6 +175,12 @@ impl Material {
     pub(crate) fn even_coat(&self) -> Option<CoatedLobes> {
         let even = self.kind.scattering().even_coat();
         even.filter(|_| self.bump.is_none())
+    }
+
+    /// Its lobe, if it is a perfectly specular [boundary](Boundary), and the same everywhere.
+    pub(crate) fn even_boundary(&self) -> Option<Boundary> {
+        let even = self.kind.scattering().even_boundary();
+        even.filter(|_| self.bump.is_none() && !self.has_interior())
     }
 
     /// Of constants alone, without bumps.

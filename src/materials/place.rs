@@ -43,12 +43,7 @@ impl Place<'_, '_> {
 
     /// A refractive index; invalid texture values count as 1.5.
     pub(super) fn refractive_index(&self, input: &FloatInput) -> f32 {
-        let eta = self.float(input);
-        if eta > 0.0 {
-            eta.clamp(*INDICES.start(), *INDICES.end())
-        } else {
-            USUAL_INDEX
-        }
+        as_refractive_index(self.float(input))
     }
 
     /// A color as it is.
@@ -65,4 +60,13 @@ impl Place<'_, '_> {
 /// A color as a reflectance: see [`Place::reflectance`].
 pub(super) fn as_reflectance(given: Rgb) -> Rgb {
     given.map(|x| clamp_nan_low(x, 0.0, MAX_REFLECTANCE))
+}
+
+/// A refractive index; invalid ones count as 1.5.
+pub(super) fn as_refractive_index(given: f32) -> f32 {
+    if given > 0.0 {
+        given.clamp(*INDICES.start(), *INDICES.end())
+    } else {
+        USUAL_INDEX
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::prepare::Tables;
 use super::{Material, Place};
-use crate::bsdf::{Bsdf, CoatedLobes};
+use crate::bsdf::{Boundary, Bsdf, CoatedLobes};
 use crate::bssrdf::Bssrdf;
 use crate::math::Rgb;
 use crate::params::NamedFile;
@@ -47,6 +47,11 @@ pub(super) trait Scattering {
 
     /// Its lobes, if they are those of a [coated](CoatedLobes) surface, and the same everywhere.
     fn even_coat(&self) -> Option<CoatedLobes> {
+        None
+    }
+
+    /// Its lobe, if it is a perfectly specular [boundary](Boundary), and the same everywhere.
+    fn even_boundary(&self) -> Option<Boundary> {
         None
     }
 

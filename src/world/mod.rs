@@ -2,7 +2,7 @@
 //! only what its scene needs.
 
 use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit};
-use crate::bsdf::{Bsdf, BsdfSample, CoatedLobes};
+use crate::bsdf::{Boundary, Bsdf, BsdfSample, CoatedLobes};
 use crate::handles::{LightId, LightLayer, MaterialId, MediumId};
 use crate::inputs::FloatInput;
 use crate::lights::Light;
@@ -28,6 +28,8 @@ pub struct World {
     even_reflectances: Vec<Option<Rgb>>,
     /// The lobes of those that are [coated alike everywhere](Material::even_coat).
     even_coats: Vec<Option<CoatedLobes>>,
+    /// The lobes of those that are [boundaries](Boundary) alike everywhere.
+    even_boundaries: Vec<Option<Boundary>>,
     /// Textures by their ids.
     pub textures: Textures,
     /// Lights by [`LightId`], area lights included.
@@ -69,6 +71,7 @@ impl World {
             geometry,
             even_reflectances: materials.iter().map(Material::even_reflectance).collect(),
             even_coats: materials.iter().map(Material::even_coat).collect(),
+            even_boundaries: materials.iter().map(Material::even_boundary).collect(),
             materials,
             textures,
             lights,
@@ -189,6 +192,12 @@ impl World {
     #[inline]
     pub(crate) fn even_coat(&self, id: Option<MaterialId>) -> Option<&CoatedLobes> {
         self.even_coats.get(id?.index())?.as_ref()
+    }
+
+    /// The lobe of a material that is a perfectly specular [boundary](Boundary), and the same everywhere.
+    #[inline]
+    pub(crate) fn even_boundary(&self, id: Option<MaterialId>) -> Option<&Boundary> {
+        self.even_boundaries.get(id?.index())?.as_ref()
     }
 
     /// How the surface scatters at a hit: fills the [empty](Bsdf::empty) `bsdf`. Not an answer, which

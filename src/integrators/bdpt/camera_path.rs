@@ -152,6 +152,16 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let history = self.history(hit.surface.p, cosine);
         self.add_emission(hit, &history);
         let differentials = self.differentials.take();
+        if let Some(boundary) = world.even_boundary(hit.material)
+            && !self.context.is_looked_at()
+        {
+            if self.trail.walk.depth >= self.bdpt.max_depth || self.is_spent() {
+                return None;
+            }
+            let how = (Carries::Radiance, self.bdpt.connections);
+            let (walk, stream) = (&mut self.trail.walk, &mut *self.context.stream);
+            return walk.cross(world, (hit, boundary), how, &history, stream);
+        }
         let mut bsdf = Bsdf::empty();
         if surface_bsdf(world, hit, differentials, Carries::Radiance, &mut bsdf).is_none() {
             return self.trail.walk.pass(world, hit);

@@ -3,10 +3,10 @@
 use super::Bdpt;
 use super::light_end::{Lit, end_as_hit};
 use super::vertex::{FlatVertex, Vertex};
-use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
+use super::walk::{Carries, Met, Spread, Turn, Walk, boundary_receiver, surface_bsdf};
 use super::weights::{History, Onward, square};
 use crate::accel::GeometryHit;
-use crate::bsdf::{Bsdf, BsdfSample, Lobe};
+use crate::bsdf::{Boundary, Bsdf, BsdfSample, Lobe};
 use crate::bssrdf::Bssrdf;
 use crate::handles::LightId;
 use crate::integrators::Beginning;
@@ -133,6 +133,11 @@ impl<'a> LightTracer<'_, 'a> {
         visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let world = self.world;
+        if let (Met::Surface, Some(hit)) = (&met, hit)
+            && let Some(boundary) = world.even_boundary(hit.material)
+        {
+            return self.cross(begun, walk, (hit, boundary), stream);
+        }
         let mut bsdf = Bsdf::empty();
         let vertex = match (&met, hit) {
             (Met::Medium(at), _) => Vertex::Medium(at),
@@ -147,7 +152,8 @@ impl<'a> LightTracer<'_, 'a> {
         };
         let from = vertex.reference_point();
         if walk.depth == 0 {
-            walk.onward = self.first_onward(begun, vertex, &from, walk);
+            let cosine = vertex.cosine(-walk.ray.d);
+            walk.onward = self.first_onward(begun, cosine, &from, walk);
         }
         let history = walk.arrive(from.p, vertex.cosine(walk.ray.d));
         let found = LightVertex {
@@ -163,10 +169,33 @@ impl<'a> LightTracer<'_, 'a> {
         scattered
     }
 
+    /// Extends a path by a vertex on a smooth boundary.
+    fn cross(
+        &self,
+        begun: &Begun,
+        walk: &mut Walk,
+        (hit, boundary): (&GeometryHit, &Boundary),
+        stream: &mut SampleStream,
+    ) -> Option<()> {
+        let surface = &hit.surface;
+        let cosine = surface.n.dot(walk.ray.d).abs();
+        if walk.depth == 0 {
+            let from = boundary_receiver(surface);
+            walk.onward = self.first_onward(begun, cosine, &from, walk);
+        }
+        let history = walk.arrive(surface.p, cosine);
+        if self.is_last(walk) || !walk.throughput.is_finite() {
+            return None;
+        }
+        let how = (Carries::Importance, self.bdpt.connections);
+        walk.cross(self.world, (hit, boundary), how, &history, stream)
+    }
+
     /// Extends a path by a vertex on a flat triangle. Returns what the path is to know if it continues.
     pub(super) fn meet_flat(&self, begun: &Begun, walk: &mut Walk, at: &FlatVertex) -> History {
         if walk.depth == 0 {
-            walk.onward = self.first_onward(begun, Vertex::Flat(at), &at.from, walk);
+            let cosine = at.from.n.dot(at.wo).abs();
+            walk.onward = self.first_onward(begun, cosine, &at.from, walk);
         }
         walk.arrive(at.from.p, at.from.n.dot(at.wo).abs())
     }
@@ -196,11 +225,11 @@ impl<'a> LightTracer<'_, 'a> {
     }
 
     /// What is known of the strategies that have no vertex from the light (s = 0: the light is met by chance) or only
-    /// that on the light (s = 1: emitter sampling) once the first surface is known.
+    /// that on the light (s = 1: emitter sampling) once the first surface is known, and the cosine there.
     fn first_onward(
         &self,
         begun: &Begun,
-        vertex: Vertex,
+        cosine: f32,
         from: &ReferencePoint,
         walk: &Walk,
     ) -> Onward {
@@ -219,7 +248,7 @@ impl<'a> LightTracer<'_, 'a> {
             id,
             end,
             from,
-            cosine: vertex.cosine(wi),
+            cosine,
             wi,
             pdf,
         };

@@ -3,16 +3,17 @@
 use super::vertex::{FlatVertex, importance_cosine, normals};
 use super::weights::{History, Onward};
 use crate::accel::GeometryHit;
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::bsdf::{Boundary, Bsdf, BsdfSample};
 use crate::handles::MediumId;
 use crate::integrators::MAX_NULL_SURFACES;
 use crate::integrators::vertex::{MediumVertex, Vertex as _};
 use crate::integrators::vertices::Next;
 use crate::math::color::is_black;
+use crate::math::frame::Frame;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::samplers::SampleStream;
-use crate::surface::ReferencePoint;
+use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
 use crate::world::World;
 
 /// Scattering events after which Russian roulette decides whether a subpath continues, as in [`crate::integrators::Path`].
@@ -199,6 +200,38 @@ impl Walk {
         self.after_delta = delta;
     }
 
+    /// The subpath continues from a smooth boundary, as in [`Turn::sample`] and what follows.
+    pub(super) fn cross(
+        &mut self,
+        world: &World,
+        (hit, boundary): (&GeometryHit, &Boundary),
+        (carries, connections): (Carries, f32),
+        history: &History,
+        stream: &mut SampleStream,
+    ) -> Option<()> {
+        let surface = &hit.surface;
+        let shading = &surface.shading;
+        let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+        stream.skip_1d();
+        let (wo, u) = (surface.wo, stream.next_2d());
+        let sample = boundary.sample(&frame, carries.evenness(), wo, u)?;
+        let turn = Turn::of(
+            sample,
+            ((surface.n, frame.n), wo),
+            carries,
+            (Rgb::ZERO, 1.0),
+        )?;
+        self.throughput *= turn.factor;
+        self.medium = world.medium_beyond(hit, turn.sample.wi, self.medium);
+        self.from = boundary_receiver(surface);
+        self.ray = surface.spawn_ray(turn.sample.wi);
+        let cosine = surface.n.dot(turn.sample.wi).abs();
+        self.spread = Spread::FromPoint { pdf: 1.0, cosine };
+        self.onward = history.onward(true, 1.0, connections);
+        self.after_delta = true;
+        self.russian_roulette(turn.judged, stream)
+    }
+
     /// The subpath continues from a flat triangle.
     pub(super) fn scatter_at_flat(
         &mut self,
@@ -232,6 +265,18 @@ impl Walk {
         self.throughput /= 1.0 - termination;
         self.roulette /= 1.0 - termination;
         (stream.next_1d() >= termination).then_some(())
+    }
+}
+
+/// What receives light on a surface that is perfectly specular.
+pub(super) fn boundary_receiver(surface: &SurfaceHit) -> ReferencePoint {
+    let receiver_side = match surface.wo.dot(surface.n) < 0.0 {
+        true => ReceiverSide::Back,
+        false => ReceiverSide::Front,
+    };
+    ReferencePoint {
+        receiver_side,
+        ..surface.reference_point()
     }
 }
 
@@ -279,8 +324,18 @@ impl Turn {
             false => bsdf.f_and_pdf(sample.wi, wo),
             true => (Rgb::ZERO, 1.0),
         };
+        Turn::of(sample, (normals(hit, bsdf), wo), carries, back)
+    }
+
+    /// Along a direction that was sampled for `wo`, on a surface with these normals; `back`: value and density of the opposite direction.
+    fn of(
+        sample: BsdfSample,
+        (normals, wo): ((Vec3, Vec3), Vec3),
+        carries: Carries,
+        back: (Rgb, f32),
+    ) -> Option<Turn> {
         let eta2 = sample.eta * sample.eta;
-        let radiance = bsdf.shading_normal().dot(sample.wi).abs();
+        let radiance = normals.1.dot(sample.wi).abs();
         let (factor, judged) = match carries {
             Carries::Radiance => {
                 let factor = sample.f * (radiance / sample.pdf);
@@ -295,8 +350,8 @@ impl Turn {
                 };
                 let cosine = match sample.specular {
                     // The cosine that a delta's value is divided by.
-                    true => radiance * importance_correction(hit, bsdf, sample.wi),
-                    false => importance_cosine(normals(hit, bsdf), hit.surface.wo, sample.wi),
+                    true => radiance * importance_correction(normals, wo, sample.wi),
+                    false => importance_cosine(normals, wo, sample.wi),
                 };
                 let factor = f * (cosine / sample.pdf);
                 (factor, factor)
@@ -314,12 +369,12 @@ impl Turn {
 }
 
 /// [`importance_cosine`] over the shading normal's cosine to `wi`.
-fn importance_correction(hit: &GeometryHit, bsdf: &Bsdf, wi: Vec3) -> f32 {
-    let shading = bsdf.shading_normal().dot(wi).abs();
+fn importance_correction(normals: (Vec3, Vec3), wo: Vec3, wi: Vec3) -> f32 {
+    let shading = normals.1.dot(wi).abs();
     if shading == 0.0 {
         return 0.0;
     }
-    importance_cosine(normals(hit, bsdf), hit.surface.wo, wi) / shading
+    importance_cosine(normals, wo, wi) / shading
 }
 
 /// How a surface scatters that a subpath meets; `None` if it has no material.
