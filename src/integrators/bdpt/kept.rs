@@ -93,7 +93,7 @@ pub(super) struct LightPaths<'a> {
     /// Of all paths, in any order.
     vertices: Vec<Link<'a>>,
     /// By number.
-    paths: [Option<Ends>; WAVE],
+    paths: Vec<Option<Ends>>,
 }
 
 /// A vertex, and where the next one of its path is.
@@ -119,7 +119,10 @@ pub(super) struct LightPath<'v, 'a> {
 
 /// The memory of vertices between some samples and the next.
 #[derive(Default)]
-pub(in crate::integrators) struct SpareVertices(Vec<Link<'static>>);
+pub(in crate::integrators) struct SpareVertices {
+    vertices: Vec<Link<'static>>,
+    paths: Vec<Option<Ends>>,
+}
 
 impl<'a> LightPaths<'a> {
     /// None yet, in the memory of the last ones. Room is made at once for `count` of so many vertices, so that later ones need no more.
@@ -127,17 +130,20 @@ impl<'a> LightPaths<'a> {
         spare: &mut SpareVertices,
         (count, depth): (usize, u32),
     ) -> LightPaths<'a> {
-        let mut vertices = recycled(std::mem::take(&mut spare.0));
+        let mut vertices = recycled(std::mem::take(&mut spare.vertices));
         vertices.reserve(count * depth.min(INITIAL_CAPACITY) as usize);
-        LightPaths {
-            vertices,
-            paths: [None; WAVE],
+        let mut paths = std::mem::take(&mut spare.paths);
+        paths.clear();
+        if count > 0 {
+            paths.resize(WAVE, None);
         }
+        LightPaths { vertices, paths }
     }
 
     /// Gives the memory back.
     pub(super) fn give_back(self, spare: &mut SpareVertices) {
-        spare.0 = recycled(self.vertices);
+        spare.vertices = recycled(self.vertices);
+        spare.paths = self.paths;
     }
 
     /// Adds a vertex to the end of a path, which begins at this light.
@@ -160,7 +166,7 @@ impl<'a> LightPaths<'a> {
     pub(super) fn path(&self, number: usize) -> LightPath<'_, 'a> {
         LightPath {
             vertices: &self.vertices,
-            ends: self.paths[number],
+            ends: self.paths.get(number).copied().flatten(),
         }
     }
 }

@@ -3,9 +3,11 @@
 use super::PathState;
 use super::emission::MisState;
 use crate::accel::GeometryHit;
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::bsdf::{Boundary, Bsdf, BsdfSample};
 use crate::integrators::subsurface::find_exit;
+use crate::math::Vec3;
 use crate::math::color::is_black;
+use crate::math::frame::Frame;
 use crate::math::ray::RayDifferentials;
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -15,10 +17,56 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let stream = &mut *self.context.stream;
         let third = stream.next_1d_if(bsdf.needs_third());
         let sample = bsdf.sample(hit.surface.wo, third, stream.next_2d())?;
-        let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
+        self.pass_on(&sample, bsdf.shading_normal())
+            .then_some(sample)
+    }
+
+    /// Multiplies the throughput by what a sample passes on. Returns `true` if that is light.
+    #[inline(always)]
+    fn pass_on(&mut self, sample: &BsdfSample, shading_n: Vec3) -> bool {
+        let cosine = sample.wi.dot(shading_n).abs();
         self.trail.throughput *= sample.f * (cosine / sample.pdf);
-        let valid = !is_black(self.trail.throughput) && self.trail.throughput.is_finite();
-        valid.then_some(sample)
+        !is_black(self.trail.throughput) && self.trail.throughput.is_finite()
+    }
+
+    /// Continues from a smooth boundary: as [`PathState::scatter`], without a BSDF's memory.
+    pub(super) fn cross(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
+        let stream = &mut *self.context.stream;
+        // Those of emitter sampling, and a third that no boundary has a use for.
+        stream.skip_1d();
+        stream.skip_2d();
+        stream.skip_1d();
+        let (surface, u) = (&hit.surface, stream.next_2d());
+        let shading = &surface.shading;
+        let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+        let sample = boundary.sample(&frame, 0.0, surface.wo, u)?;
+        if !self.pass_on(&sample, frame.n) {
+            return None;
+        }
+        if sample.transmission {
+            self.refract(hit, &sample);
+        }
+        self.trail.mis = MisState::Delta;
+        self.go_along(hit, &sample);
+        Some(())
+    }
+
+    /// Notes by how much refraction scales radiance.
+    #[inline(always)]
+    fn refract(&mut self, hit: &GeometryHit, sample: &BsdfSample) {
+        let entering = hit.surface.wo.dot(hit.surface.n) > 0.0;
+        let eta2 = sample.eta * sample.eta;
+        self.trail.eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
+    }
+
+    /// The ray in the direction of `sample`, and the medium around it.
+    #[inline(always)]
+    fn go_along(&mut self, hit: &GeometryHit, sample: &BsdfSample) {
+        self.trail.ray = hit.surface.spawn_ray(sample.wi);
+        if MEDIA {
+            let world = self.context.world;
+            self.trail.medium = world.medium_beyond(hit, sample.wi, self.trail.medium);
+        }
     }
 
     /// Continues with light that a surface transmits: straight on, or by subsurface scattering from another
@@ -32,9 +80,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     ) -> Option<()> {
         let surface = &hit.surface;
         if sample.specular {
-            let entering = surface.wo.dot(surface.n) > 0.0;
-            let eta2 = sample.eta * sample.eta;
-            self.trail.eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
+            self.refract(hit, sample);
         }
         let (world, stream) = (self.context.world, &mut *self.context.stream);
         let (scattered, choice) = ((bsdf, sample), || stream.next_1d());
@@ -72,11 +118,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         } else {
             self.mis_after(hit, bsdf, sample)
         };
-        self.trail.ray = hit.surface.spawn_ray(sample.wi);
-        if MEDIA {
-            let world = self.context.world;
-            self.trail.medium = world.medium_beyond(hit, sample.wi, self.trail.medium);
-        }
+        self.go_along(hit, sample);
         Some(())
     }
 }

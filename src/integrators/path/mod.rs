@@ -253,6 +253,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if self.trail.depth >= self.trail.max_depth {
             return None;
         }
+        if !WATCHED && let Some(boundary) = world.even_boundary(hit.material) {
+            self.differentials = None;
+            self.cross(hit, boundary)?;
+            return self.russian_roulette();
+        }
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, &hit.surface, self.differentials, &mut bsdf);
         bsdf.prepare(hit.surface.wo);
