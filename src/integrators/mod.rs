@@ -22,6 +22,8 @@ mod specular;
 mod sppm;
 mod stand_in;
 mod subsurface;
+#[cfg(test)]
+mod testing;
 mod vertex;
 mod vertices;
 mod volpath;

@@ -77,7 +77,7 @@ impl RenderJob {
     }
 
     /// What light paths are traced for.
-    pub(super) fn light_job(&self) -> LightJob<'_> {
+    pub(crate) fn light_job(&self) -> LightJob<'_> {
         LightJob {
             world: &self.world,
             camera: &self.camera,

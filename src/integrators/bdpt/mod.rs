@@ -208,3 +208,6 @@ impl Transport for Bdpt {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -15,8 +15,6 @@ mod emitter_sampling;
 mod lamps;
 mod medium;
 mod roulette;
-#[cfg(test)]
-mod testing;
 mod wave;
 
 pub use medium::MediaSeen;

@@ -1,10 +1,10 @@
-use super::super::testing::{ROOM_WITH_LAMPS, job};
 use super::*;
 use crate::bsdf::fresnel::Fresnel;
 use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, Coated, Lobe, Matte};
+use crate::integrators::testing::{ROOM_WITH_LAMPS, job};
 use crate::math::Vec3;
 use crate::math::hash::{mix2, unit_float};
 use crate::math::instruction_set::InstructionSet;

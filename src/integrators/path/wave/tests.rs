@@ -1,4 +1,3 @@
-use super::super::testing::{OUTDOORS, ROOM_WITH_LAMPS, job};
 use super::*;
 use crate::accel::GeometryHit;
 use crate::bsdf::fresnel::Fresnel;
@@ -6,127 +5,13 @@ use crate::bsdf::lambertian::LambertianReflection;
 use crate::bsdf::microfacet::MicrofacetReflection;
 use crate::bsdf::trowbridge_reitz::TrowbridgeReitz;
 use crate::bsdf::{Bsdf, CoatedLobes, Lobe};
-use crate::cameras::{CameraRay, CameraSample};
-use crate::film::{Layer, LayerSet};
-use crate::integrators::witness::Watch;
-use crate::integrators::{CameraEnd, Workspace};
+use crate::integrators::testing::{OUTDOORS, ROOM_WITH_LAMPS, bits, in_waves, job, one_by_one};
 use crate::math::color::is_black;
 use crate::math::hash::{mix2, unit_float};
 use crate::math::instruction_set::InstructionSet;
-use crate::math::{IVec2, Vec2, Vec3};
+use crate::math::{Vec2, Vec3};
 use crate::render::RenderJob;
-use crate::samplers::SampleStream;
 use std::collections::HashSet;
-
-/// Of an image of 16 × 16 pixels.
-const PIXELS: u32 = 256;
-
-/// The samples of a pixel, their rays, and the numbers of their paths.
-fn samples(job: &RenderJob, pixel: u32) -> Vec<(CameraSample, CameraRay, SampleStream)> {
-    let sample = |index: u32| {
-        let sample = CameraSample {
-            raster: [pixel % 16, pixel / 16].map(|x| x as f32 + 0.5).into(),
-            time: 0.0,
-            lens: Vec2::splat(unit_float(mix2(pixel.into(), index.into()))),
-            wavelength: 0.5,
-        };
-        let ray = job.camera.ray(&sample, job.world.needs_footprint());
-        let at = IVec2::new(pixel as i32 % 16, pixel as i32 / 16);
-        (sample, ray.expect("a ray"), job.sampler.stream(at, index))
-    };
-    (0..16).map(sample).collect()
-}
-
-fn bits(colors: &[Rgb]) -> Vec<[u32; 3]> {
-    let bits = |color: &Rgb| color.to_array().map(f32::to_bits);
-    colors.iter().map(bits).collect()
-}
-
-/// What paths bring, and what layers see of them.
-#[derive(Default)]
-struct Found {
-    radiances: Vec<Rgb>,
-    seen: Vec<String>,
-    parts: Vec<Vec<Rgb>>,
-}
-
-impl Found {
-    fn look(&mut self, watch: Watch) {
-        // Bits, but for NaN: each number is printed with as many digits as tell it from others.
-        let known = watch.sight.as_ref().and_then(Sight::known);
-        self.seen.push(format!("{known:?}"));
-        let parts = watch.parts.expect("parts");
-        self.parts.push(parts.scaled(Rgb::ONE, 4).collect());
-    }
-}
-
-fn watch() -> Watch {
-    let mut watch = Watch::default();
-    let layers = LayerSet::NONE.with(Layer::Uv).with(Layer::Lights);
-    watch.look(layers.with_lights(4));
-    watch
-}
-
-/// All camera rays, in waves of this many.
-fn in_waves(job: &RenderJob, of: usize, is_watched: bool) -> Found {
-    let mut all: Vec<_> = (0..PIXELS).flat_map(|pixel| samples(job, pixel)).collect();
-    let mut workspace = job.integrator.workspace(&job.world);
-    let mut found = Found::default();
-    for some in all.chunks_mut(of) {
-        let mut watches: Vec<Watch> = some.iter().map(|_| watch()).collect();
-        let path = |((sample, ray, stream), watch)| {
-            let (sample, ray): (&CameraSample, &CameraRay) = (sample, ray);
-            CameraPath {
-                end: end(job, sample, ray),
-                differentials: ray.scaled_differentials(1.0),
-                stream,
-                watch: Some(watch).filter(|_| is_watched),
-            }
-        };
-        let mut paths: Vec<CameraPath> = some
-            .iter_mut()
-            .zip(&mut watches)
-            .map(|((s, r, t), w)| path(((&*s, &*r, t), w)))
-            .collect();
-        let radiances = job
-            .integrator
-            .radiances(&job.world, &mut paths, &mut workspace);
-        found.radiances.extend(radiances);
-        watches.into_iter().for_each(|watch| found.look(watch));
-    }
-    found
-}
-
-fn end<'a>(job: &'a RenderJob, sample: &'a CameraSample, ray: &'a CameraRay) -> CameraEnd<'a> {
-    CameraEnd {
-        camera: &job.camera,
-        sample,
-        ray,
-        film_density: 1.0,
-        light_paths: 0.0,
-    }
-}
-
-/// Each camera ray by itself.
-fn one_by_one(job: &RenderJob) -> Found {
-    let mut workspace = Workspace::default();
-    let all = (0..PIXELS).flat_map(|pixel| samples(job, pixel));
-    let mut found = Found::default();
-    for (sample, ray, mut stream) in all {
-        let differentials = ray.scaled_differentials(1.0);
-        let mut watch = watch();
-        found.radiances.push(job.integrator.radiance(
-            &job.world,
-            &end(job, &sample, &ray),
-            differentials.as_ref(),
-            &mut stream,
-            &mut workspace,
-            Some(&mut watch),
-        ));
-        found.look(watch);
-    }
-    found
-}
 
 /// [`OUTDOORS`], with so many lamps that first surfaces choose several.
 fn under_many_lamps() -> String {
@@ -167,11 +52,11 @@ fn a_path_brings_the_same_in_any_wave_as_by_itself() {
         .chain(others)
     {
         let job = job(text);
-        let expected = one_by_one(&job).radiances;
+        let expected = one_by_one(&job, 0.0).radiances;
         let lit = expected.iter().filter(|&&light| !is_black(light)).count();
         assert!(lit > expected.len() * 9 / 10, "{lit}");
         for of in [1, 7, 64, WAVE] {
-            let found = in_waves(&job, of, false).radiances;
+            let found = in_waves(&job, of, 0.0, false).radiances;
             assert_eq!(bits(&found), bits(&expected), "waves of {of}");
         }
     }
@@ -187,7 +72,7 @@ fn layers_see_the_same_in_a_wave_as_by_itself() {
         .chain(others)
     {
         let job = job(text);
-        let (expected, found) = (one_by_one(&job), in_waves(&job, WAVE, true));
+        let (expected, found) = (one_by_one(&job, 0.0), in_waves(&job, WAVE, 0.0, true));
         assert_eq!(bits(&found.radiances), bits(&expected.radiances));
         assert_eq!(found.seen, expected.seen);
         let known = |seen: &&String| seen.starts_with("Some(");

@@ -1,6 +1,14 @@
-//! Scenes for the tests of what is computed side by side.
+//! Scenes for the tests of what is computed side by side, and their paths in waves and one by one.
 
+use super::context::CameraPath;
+use super::witness::Watch;
+use super::{CameraEnd, Sight, Workspace};
+use crate::cameras::{CameraRay, CameraSample};
+use crate::film::{Layer, LayerSet};
+use crate::math::hash::{mix2, unit_float};
+use crate::math::{IVec2, Rgb, Vec2};
 use crate::render::RenderJob;
+use crate::samplers::SampleStream;
 use crate::scene::{ReadSettings, read_scene};
 use crate::syntax::SourceMap;
 
@@ -97,4 +105,119 @@ pub(super) fn job(text: &str) -> RenderJob {
     let (built, diagnostics) = crate::build::build(frame, 0);
     assert!(!diagnostics.has_errors());
     built.expect("a scene").job
+}
+
+/// Of an image of 16 × 16 pixels.
+const PIXELS: u32 = 256;
+
+/// The samples of a pixel, their rays, and the numbers of their paths.
+fn samples(job: &RenderJob, pixel: u32) -> Vec<(CameraSample, CameraRay, SampleStream)> {
+    let sample = |index: u32| {
+        let sample = CameraSample {
+            raster: [pixel % 16, pixel / 16].map(|x| x as f32 + 0.5).into(),
+            time: 0.0,
+            lens: Vec2::splat(unit_float(mix2(pixel.into(), index.into()))),
+            wavelength: 0.5,
+        };
+        let ray = job.camera.ray(&sample, job.world.needs_footprint());
+        let at = IVec2::new(pixel as i32 % 16, pixel as i32 / 16);
+        (sample, ray.expect("a ray"), job.sampler.stream(at, index))
+    };
+    (0..16).map(sample).collect()
+}
+
+pub(super) fn bits(colors: &[Rgb]) -> Vec<[u32; 3]> {
+    let bits = |color: &Rgb| color.to_array().map(f32::to_bits);
+    colors.iter().map(bits).collect()
+}
+
+/// What paths bring, and what layers see of them.
+#[derive(Default)]
+pub(super) struct Found {
+    pub radiances: Vec<Rgb>,
+    pub seen: Vec<String>,
+    pub parts: Vec<Vec<Rgb>>,
+}
+
+impl Found {
+    fn look(&mut self, watch: Watch) {
+        // Bits, but for NaN: each number is printed with as many digits as tell it from others.
+        let known = watch.sight.as_ref().and_then(Sight::known);
+        self.seen.push(format!("{known:?}"));
+        let parts = watch.parts.expect("parts");
+        self.parts.push(parts.scaled(Rgb::ONE, 4).collect());
+    }
+}
+
+fn watch() -> Watch {
+    let mut watch = Watch::default();
+    let layers = LayerSet::NONE.with(Layer::Uv).with(Layer::Lights);
+    watch.look(layers.with_lights(4));
+    watch
+}
+
+/// All camera rays, in waves of this many, of an image with so many light paths for each sample of a pixel.
+pub(super) fn in_waves(job: &RenderJob, of: usize, light_paths: f32, is_watched: bool) -> Found {
+    let mut all: Vec<_> = (0..PIXELS).flat_map(|pixel| samples(job, pixel)).collect();
+    let mut workspace = job.integrator.workspace(&job.world);
+    let mut found = Found::default();
+    for some in all.chunks_mut(of) {
+        let mut watches: Vec<Watch> = some.iter().map(|_| watch()).collect();
+        let path = |((sample, ray, stream), watch)| {
+            let (sample, ray): (&CameraSample, &CameraRay) = (sample, ray);
+            CameraPath {
+                end: end(job, sample, ray, light_paths),
+                differentials: ray.scaled_differentials(1.0),
+                stream,
+                watch: Some(watch).filter(|_| is_watched),
+            }
+        };
+        let mut paths: Vec<CameraPath> = some
+            .iter_mut()
+            .zip(&mut watches)
+            .map(|((s, r, t), w)| path(((&*s, &*r, t), w)))
+            .collect();
+        let radiances = job
+            .integrator
+            .radiances(&job.world, &mut paths, &mut workspace);
+        found.radiances.extend(radiances);
+        watches.into_iter().for_each(|watch| found.look(watch));
+    }
+    found
+}
+
+fn end<'a>(
+    job: &'a RenderJob,
+    sample: &'a CameraSample,
+    ray: &'a CameraRay,
+    light_paths: f32,
+) -> CameraEnd<'a> {
+    CameraEnd {
+        camera: &job.camera,
+        sample,
+        ray,
+        film_density: 1.0,
+        light_paths,
+    }
+}
+
+/// Each camera ray by itself.
+pub(super) fn one_by_one(job: &RenderJob, light_paths: f32) -> Found {
+    let mut workspace = Workspace::default();
+    let all = (0..PIXELS).flat_map(|pixel| samples(job, pixel));
+    let mut found = Found::default();
+    for (sample, ray, mut stream) in all {
+        let differentials = ray.scaled_differentials(1.0);
+        let mut watch = watch();
+        found.radiances.push(job.integrator.radiance(
+            &job.world,
+            &end(job, &sample, &ray, light_paths),
+            differentials.as_ref(),
+            &mut stream,
+            &mut workspace,
+            Some(&mut watch),
+        ));
+        found.look(watch);
+    }
+    found
 }

@@ -1,0 +1,104 @@
+use crate::integrators::context::WAVE;
+use crate::integrators::testing::{OUTDOORS, ROOM_WITH_LAMPS, bits, in_waves, job, one_by_one};
+use crate::integrators::{Splat, Workspace};
+use crate::math::color::is_black;
+use crate::render::RenderJob;
+
+/// The scene with this integrator, and this share of camera paths joined to light paths.
+fn joined(text: &str, share: f32) -> RenderJob {
+    let mut job = job(&text.replace("\"path\"", "\"bdpt\""));
+    job.integrator.join(share);
+    assert_eq!(job.integrator.name(), "bdpt");
+    job
+}
+
+/// [`ROOM_WITH_LAMPS`] in haze, with a ball and a pane of glass, a mirror, and a box of denser haze.
+fn hazy() -> String {
+    let things = r#"
+        Material "glass"
+        Shape "sphere" "float radius" 1
+        Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -3 -3 0  3 -3 0  3 3 0  -3 3 0 ]
+        Material "mirror"
+        Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -2 -1 2  -1 -1 1  -1 2 1  -2 2 2 ]
+        AttributeBegin
+        Material "none"
+        MediumInterface "dense" "thin"
+        Translate 2 -2 1
+        Shape "sphere" "float radius" 1
+        AttributeEnd
+        Material "plastic""#;
+    let media = r#"
+        MakeNamedMedium "thin" "string type" "homogeneous" "rgb sigma_a" [ .01 .01 .01 ] "rgb sigma_s" [ .05 .04 .03 ]
+        MakeNamedMedium "dense" "string type" "homogeneous" "rgb sigma_a" [ .1 .2 .1 ] "rgb sigma_s" [ 1 1 1 ]
+        MediumInterface "" "thin"
+        Camera"#;
+    let text = ROOM_WITH_LAMPS.replacen("Material \"plastic\"", things, 1);
+    text.replacen("Camera", media, 1)
+}
+
+/// [`hazy`] without the ball of dense haze, beyond which shadow rays look one by one.
+fn simple() -> String {
+    let text = hazy();
+    let begin = text.find("AttributeBegin").expect("the ball");
+    let end = text.find("AttributeEnd").expect("the ball") + "AttributeEnd".len();
+    format!("{}{}", &text[..begin], &text[end..])
+}
+
+#[test]
+fn a_camera_path_brings_the_same_in_any_wave_as_by_itself() {
+    let glassy = simple().replacen("MediumInterface \"\" \"thin\"", "", 1);
+    for text in [ROOM_WITH_LAMPS, OUTDOORS, &hazy(), &simple(), &glassy] {
+        for share in [0.0, 0.25, 1.0] {
+            let job = joined(text, share);
+            let expected = one_by_one(&job, 200.0).radiances;
+            let lit = expected.iter().filter(|&&light| !is_black(light)).count();
+            assert!(lit > expected.len() / 2, "{lit}");
+            for of in [1, 7, WAVE] {
+                let found = in_waves(&job, of, 200.0, false).radiances;
+                assert_eq!(
+                    bits(&found),
+                    bits(&expected),
+                    "waves of {of}, {share} joined"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn layers_see_the_same_in_a_wave_as_by_itself() {
+    for text in [ROOM_WITH_LAMPS, OUTDOORS, &hazy(), &simple()] {
+        let job = joined(text, 0.5);
+        let (expected, found) = (one_by_one(&job, 200.0), in_waves(&job, WAVE, 200.0, true));
+        assert_eq!(bits(&found.radiances), bits(&expected.radiances));
+        assert_eq!(found.seen, expected.seen);
+        for (found, expected) in found.parts.iter().zip(&expected.parts) {
+            assert_eq!(bits(found), bits(expected));
+        }
+    }
+}
+
+/// What light paths with these numbers bring, by path.
+fn splats(job: &RenderJob, paths: std::ops::Range<u64>, workspace: &mut Workspace) -> Vec<String> {
+    let streams = paths.map(|path| (path, job.sampler.light_stream(path)));
+    let mut splats: Vec<Splat> = Vec::new();
+    let mut collect = |splat: Splat| splats.push(splat);
+    let integrator = &job.integrator;
+    integrator.light_paths(&job.light_job(), streams, workspace, &mut collect);
+    // Those of a path come in order.
+    splats.sort_by_key(|splat| splat.path);
+    let text = |splat: &Splat| format!("{splat:?}");
+    splats.iter().map(text).collect()
+}
+
+#[test]
+fn a_light_path_brings_the_same_beside_others_as_by_itself() {
+    for text in [ROOM_WITH_LAMPS, OUTDOORS, &hazy(), &simple()] {
+        let job = joined(text, 0.0);
+        let mut workspace = Workspace::default();
+        let together = splats(&job, 0..1000, &mut workspace);
+        let alone = (0..1000).map(|path| splats(&job, path..path + 1, &mut workspace));
+        assert_eq!(together, alone.flatten().collect::<Vec<String>>());
+        assert!(together.len() > 100, "{}", together.len());
+    }
+}
