@@ -132,58 +132,39 @@ impl<S: FnMut(Splat)> Waiting<'_, '_, S> {
     /// Finds out where the connections land, and what they bring there.
     fn land(&mut self) {
         let (world, job) = (self.tracer.world, self.job);
-        let splat = &mut *self.splat;
         let mut landings = ArrayVec::new();
         job.camera.land_all(&self.aims, &mut landings);
-        let all = self.pending.drain(..).zip(self.aims.drain(..));
-        let landed = |((pending, aim), landing)| Landed::of(job, pending, &aim, landing?);
-        let mut landed: ArrayVec<Landed, BUNDLE> = all
-            .zip(landings)
-            .filter_map(|(known, landing)| landed((known, landing)))
-            .collect();
-        if world.has_recoverable_surfaces() {
-            for landed in &mut landed {
-                let Pending { stream, medium, .. } = &mut landed.pending;
-                let left = transmittance(world, stream, &landed.shadow, *medium);
-                bring(self.tracer, job, landed, left, splat);
+        // Where they are, as they are large: those that may bring light, and what that is if nothing dims it.
+        let mut landed = ArrayVec::<(usize, Landing, Rgb), BUNDLE>::new();
+        let mut shadows = ArrayVec::<Ray, BUNDLE>::new();
+        for (i, landing) in landings.into_iter().enumerate() {
+            let Some(landing) = landing else { continue };
+            let light = self.pending[i].light * landing.importance;
+            if !is_black(light) && reaches_film(job, landing.raster) {
+                landed.push((i, landing, light));
+                shadows.push(ended(world, &self.aims[i].shadow, self.pending[i].medium));
             }
-            return;
         }
-        let shadows: ArrayVec<Ray, BUNDLE> = landed
-            .iter()
-            .map(|landed| ended(world, &landed.shadow, landed.pending.medium))
-            .collect();
+        let sees_beyond = world.has_recoverable_surfaces();
         let mut found = [None; BUNDLE];
-        world.occluders(&shadows, &mut found[..shadows.len()]);
-        for ((landed, shadow), found) in landed.iter_mut().zip(&shadows).zip(&found) {
-            if found.is_none() {
-                let Pending { stream, medium, .. } = &mut landed.pending;
-                let left = dimmed(world, stream, *medium, shadow, shadow.t_max);
-                bring(self.tracer, job, landed, left, splat);
+        if !sees_beyond {
+            world.occluders(&shadows, &mut found[..shadows.len()]);
+        }
+        for ((&(i, landing, light), shadow), found) in landed.iter().zip(&shadows).zip(&found) {
+            let pending = &mut self.pending[i];
+            let (stream, medium) = (&mut pending.stream, pending.medium);
+            let left = match (sees_beyond, found) {
+                (true, _) => transmittance(world, stream, &self.aims[i].shadow, medium),
+                (false, None) => dimmed(world, stream, medium, shadow, shadow.t_max),
+                (false, Some(_)) => continue,
+            };
+            if !is_black(left) {
+                let arriving = (light, left);
+                bring(self.tracer, job, (pending, &landing), arriving, self.splat);
             }
         }
-    }
-}
-
-/// A connection that may bring light to the film, if nothing is in its way.
-struct Landed {
-    pending: Pending,
-    shadow: Ray,
-    landing: Landing,
-    /// What the path brings if nothing dims it.
-    light: Rgb,
-}
-
-impl Landed {
-    fn of(job: &LightJob, pending: Pending, aim: &Aim, landing: Landing) -> Option<Landed> {
-        let light = pending.light * landing.importance;
-        let is_seen = !is_black(light) && reaches_film(job, landing.raster);
-        is_seen.then_some(Landed {
-            pending,
-            shadow: aim.shadow,
-            landing,
-            light,
-        })
+        self.pending.clear();
+        self.aims.clear();
     }
 }
 
@@ -191,20 +172,10 @@ impl Landed {
 fn bring(
     tracer: &LightTracer,
     job: &LightJob,
-    landed: &Landed,
-    left: Rgb,
+    (pending, landing): (&Pending, &Landing),
+    (light, left): (Rgb, Rgb),
     splat: &mut impl FnMut(Splat),
 ) {
-    if is_black(left) {
-        return;
-    }
-    let Landed {
-        pending,
-        landing,
-        light,
-        ..
-    } = landed;
-    let light = *light;
     // The camera's own samples come here with this density, in a pixel where those of the film have density 1.
     let camera = f64::from(landing.density) * f64::from(pending.cosine);
     let camera = camera / f64::from(job.light_paths);
