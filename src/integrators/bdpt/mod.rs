@@ -15,6 +15,9 @@
 //! that camera paths are joined to; an image is the sum of both parts, each unbiased by itself. Which of these ways are taken, and how often,
 //! is what pays in a pilot pass; an image that camera paths find at less cost alone is left to [`Path`].
 //!
+//! Many paths of either kind go side by side ([`camera_wave`], [`light_wave`]): their rays are traced together, vertices on flat matte triangles are
+//! kept as rows of numbers ([`flats`]), and smooth boundaries have no BSDF's memory. What a path brings does not depend on the others.
+//!
 //! Subsurface scattering is found by camera paths, but for light that comes to a smooth boundary from a light without area by smooth
 //! glass or mirrors, which light paths alone find.
 

@@ -83,8 +83,7 @@ const COST_OF_CAMERA: f64 = 1.0;
 const COST_OF_JOINING: f64 = 1.2;
 const COST_OF_LIGHT: f64 = 1.3;
 
-/// Time for a sample of the path tracer, which walks paths side by side: 0.43 to 0.62 of the same as one of `bdpt` (a box, and balls of
-/// glass).
+/// Time for a sample of the path tracer: 0.55 to 0.71 of the same as one of `bdpt` that is not joined to a light path.
 const COST_OF_PATH: f64 = 0.6;
 
 /// Light paths that tell of rare bright samples of the path tracer: this part of a round.
