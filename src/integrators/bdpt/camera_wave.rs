@@ -107,7 +107,9 @@ impl<'a> Wave<'a, '_> {
             workspace,
         } = &mut self.bundle;
         let tracer = self.bdpt.joinable(world, lights);
-        let room = (joined.len(), tracer.max_depth);
+        // For as many as may ever be joined at once: chance decides, and no later wave is to ask for more.
+        let most = if self.bdpt.connections > 0.0 { WAVE } else { 0 };
+        let room = (most, tracer.max_depth);
         let light_paths = LightPaths::in_spare(&mut workspace.vertices, room);
         if joined.is_empty() {
             return light_paths;
