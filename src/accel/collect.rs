@@ -41,7 +41,7 @@ pub struct GeometryBuilder {
 }
 
 impl GeometryBuilder {
-    /// For the top level. `many_rays`: whoever searches it mostly has many rays at a time, which may be faster without the tree; hits are the same.
+    /// For the top level. `many_rays`: rays come mostly in batches, for which a small scene is searched faster without the tree; the hits are the same.
     pub fn of_world(many_rays: bool) -> GeometryBuilder {
         GeometryBuilder {
             many_rays,

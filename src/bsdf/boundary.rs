@@ -1,4 +1,4 @@
-//! Smooth glass and mirrors that are the same everywhere: a BSDF of one perfectly specular lobe, without the memory for others.
+//! Smooth glass and mirrors with constant parameters: a BSDF of a single perfectly specular lobe, without the memory for others.
 
 use super::specular::{FresnelSpecular, SpecularReflection};
 use super::{BsdfSample, Lobe, of_specular};

@@ -1,7 +1,7 @@
 //! What an integrator works with: a camera ray, the world, its lights and the samples.
 
 use super::Sight;
-use super::bdpt::{Room, SpareVertices};
+use super::bdpt::{SpareVertices, WaveBuffers};
 use super::emitters::Emitters;
 use super::path::Wave;
 use super::witness::{Met, Place, Watch};
@@ -31,7 +31,7 @@ pub(super) struct Lights {
 pub struct Workspace {
     pub(super) vertices: SpareVertices,
     /// For `bdpt`, which walks many paths side by side.
-    pub(super) room: Option<Box<Room>>,
+    pub(super) buffers: Option<Box<WaveBuffers>>,
     /// For `path`, which does so as well.
     pub(super) wave: Option<Box<Wave>>,
 }

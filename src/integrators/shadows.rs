@@ -35,17 +35,17 @@ impl<G: Copy> Shadows<G> {
         self.rays.is_full()
     }
 
-    /// So many can still wait.
+    /// How many more rays can wait.
     pub(super) fn room(&self) -> usize {
         self.rays.remaining_capacity()
     }
 
     /// Traces all that wait.
-    pub(super) fn trace(&mut self, world: &World, mut add: impl FnMut(G)) {
+    pub(super) fn trace(&mut self, world: &World, mut add: impl FnMut(&Ray, G)) {
         world.occluders(&self.rays, &mut self.found);
-        for (&gain, found) in self.gains.iter().zip(&self.found) {
+        for ((ray, &gain), found) in self.rays.iter().zip(&self.gains).zip(&self.found) {
             if found.is_none() {
-                add(gain);
+                add(ray, gain);
             }
         }
         self.rays.clear();

@@ -45,8 +45,8 @@ impl Transport for VolPath {
     }
 }
 
-/// A shadow ray that begins in `medium`, as far as it is to be traced for [`transmittance`].
-pub(super) fn ended(world: &World, shadow: &Ray, medium: Option<MediumId>) -> Ray {
+/// The part of a shadow ray from `medium` that [`transmittance`] traces.
+pub(super) fn shadow_segment(world: &World, shadow: &Ray, medium: Option<MediumId>) -> Ray {
     let mut ray = *shadow;
     let whole = medium.is_some_and(|id| world.media.medium(id).is_crossed_whole());
     if ray.t_max == f32::INFINITY && !whole {
@@ -67,7 +67,7 @@ pub(super) fn transmittance(
     shadow: &Ray,
     mut medium: Option<MediumId>,
 ) -> Rgb {
-    let mut ray = ended(world, shadow, medium);
+    let mut ray = shadow_segment(world, shadow, medium);
     if !world.has_recoverable_surfaces() {
         return if world.occluded(&ray) {
             Rgb::ZERO

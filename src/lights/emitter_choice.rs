@@ -55,7 +55,7 @@ impl EmitterChoice {
         Some((LightId(light as u32), probability, rest))
     }
 
-    /// Returns `true` if there are several, so that the number of [`EmitterChoice::sample`] matters.
+    /// Returns `true` if there are several lights, so that [`EmitterChoice::sample`] needs its sample.
     pub fn chooses(&self) -> bool {
         self.probabilities.cells() > 1
     }

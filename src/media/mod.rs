@@ -223,7 +223,7 @@ impl Media {
         self.media.is_empty()
     }
 
-    /// Returns `true` if the transmittance of any is an estimate, for which numbers are drawn.
+    /// Returns `true` if the transmittance of any is a stochastic estimate, which draws samples.
     pub fn are_estimated(&self) -> bool {
         let mut media = self.media.iter();
         media.any(|medium| !matches!(medium, Medium::Homogeneous(_)))

@@ -2,27 +2,27 @@
 //! one (s ≥ 2).
 
 use super::Bdpt;
+use super::joins::Gain;
 use super::kept::LightPath;
 use super::light_end::Lit;
 use super::strategies::layer;
 use super::vertex::{FlatVertex, Vertex};
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
-use super::weights::{History, Onward, square, weight, weight_of_joint};
+use super::weights::{History, Onward, square, weight};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
-use crate::handles::{LightId, MediumId};
+use crate::handles::LightId;
 use crate::integrators::Sight;
 use crate::integrators::context::Context;
 use crate::integrators::shadows::Shadows;
 use crate::integrators::subsurface::find_exit;
 use crate::integrators::vertex::MediumVertex;
 use crate::integrators::vertices::Next;
-use crate::integrators::volpath::{dimmed, ended, transmittance};
 use crate::integrators::witness;
 use crate::lights::LightEnd;
 use crate::materials::Material;
 use crate::math::color::is_black;
-use crate::math::ray::{Ray, RayDifferentials};
+use crate::math::ray::RayDifferentials;
 use crate::math::{Rgb, Vec3};
 use crate::surface::ReferencePoint;
 
@@ -70,23 +70,6 @@ pub(super) struct CameraPath<'c, 'a> {
     pub light_path: LightPath<'c, 'a>,
     /// Where shadow rays wait for others, and the number of the path there; else they are traced at once.
     pub waiting: Option<(&'c mut Shadows<Gain>, u32)>,
-}
-
-/// Light that a path gains if nothing blocks a shadow ray.
-#[derive(Clone, Copy)]
-pub(super) struct Gain {
-    /// The number of the path.
-    pub path: u32,
-    /// Where it comes from.
-    from: Option<LightId>,
-    /// Scattering events of the whole path, and its vertices from the light.
-    strategy: (u32, u32),
-    shadow: Ray,
-    /// The medium where that begins.
-    medium: Option<MediumId>,
-    /// Without and with its weight.
-    light: Rgb,
-    weighted: Rgb,
 }
 
 impl<'c, 'a> CameraPath<'c, 'a> {
@@ -294,7 +277,13 @@ impl<'c, 'a> CameraPath<'c, 'a> {
 
     /// Tells the layers of light, or those of strategies, if there are any.
     #[inline(always)]
-    fn show(&mut self, id: Option<LightId>, (depth, s): (u32, u32), light: Rgb, weighted: Rgb) {
+    pub(super) fn show(
+        &mut self,
+        id: Option<LightId>,
+        (depth, s): (u32, u32),
+        light: Rgb,
+        weighted: Rgb,
+    ) {
         match self.bdpt.shown {
             None => self.context.part(id, weighted),
             Some(shown) => {
@@ -374,169 +363,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         weight(0.0, history.at_light(direct, light.emitted, light.onward))
     }
 
-    /// Joins a vertex to points of lights and to the vertices of the light path.
-    fn join(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
-        self.sample_light(vertex, history);
-        self.connect(vertex, history);
-    }
-
-    /// s = 1: emitter sampling.
-    fn sample_light(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
-        let (world, lights) = (self.context.world, self.context.lights);
-        let from = vertex.reference_point();
-        let choice = self.context.stream.next_1d_if(lights.selector.chooses());
-        let u = self.context.stream.next_2d();
-        let Some((id, pmf)) = lights.selector.sample(&from, choice) else {
-            return;
-        };
-        let Some((arriving, end)) = world.light(id).sample_with_end(&from, u) else {
-            return;
-        };
-        let Some(scattered) = vertex.radiance(arriving.wi) else {
-            return;
-        };
-        let contribution = scattered.value * arriving.radiance / (pmf * arriving.pdf);
-        if is_black(contribution) {
-            return;
-        }
-        // The light is met by chance with the density `forward`, where emitter sampling has pmf · pdf; both per solid angle.
-        let met = match arriving.delta {
-            true => 0.0,
-            false => {
-                square(f64::from(scattered.forward) / (f64::from(pmf) * f64::from(arriving.pdf)))
-            }
-        };
-        let camera = match history.is_alone() {
-            true => 0.0,
-            false => {
-                let lit = Lit {
-                    id,
-                    end,
-                    from: &from,
-                    cosine: vertex.cosine(arriving.wi),
-                    wi: arriving.wi,
-                    pdf: arriving.pdf,
-                };
-                let densities = lit.densities(world, lights, pmf);
-                let begun = densities.onward * densities.emitted / densities.direct;
-                history.earlier(begun, scattered.reverse.into())
-            }
-        };
-        let weight = weight(met, camera);
-        let light = self.trail.walk.throughput * contribution;
-        self.context.shadow(id, false);
-        self.trace_shadow(Gain {
-            path: 0,
-            from: Some(id),
-            strategy: (self.trail.walk.depth + 1, 1),
-            shadow: arriving.shadow,
-            medium: vertex.medium_toward(world, arriving.wi),
-            light,
-            weighted: light * weight,
-        });
-    }
-
-    /// Adds what comes along a shadow ray, now or when others wait, too.
-    fn trace_shadow(&mut self, gain: Gain) {
-        let world = self.context.world;
-        match &mut self.waiting {
-            Some((shadows, path)) => {
-                let gain = Gain {
-                    path: *path,
-                    ..gain
-                };
-                let shadow = ended(world, &gain.shadow, gain.medium);
-                // There is room: see `shadow_rays`.
-                shadows.push(&shadow, gain);
-            }
-            None => {
-                let left = transmittance(world, self.context.stream, &gain.shadow, gain.medium);
-                self.gain(&gain, left);
-            }
-        }
-    }
-
-    /// Shadow rays of a step at most, where no path comes to two vertices in one.
-    pub(super) fn shadow_rays(light_path: LightPath) -> usize {
-        1 + light_path.vertices().count()
-    }
-
-    /// Adds light that a shadow ray, which nothing has blocked, has let come.
-    pub(super) fn gain_unblocked(&mut self, gain: &Gain) {
-        let world = self.context.world;
-        let shadow = ended(world, &gain.shadow, gain.medium);
-        let stream = &mut *self.context.stream;
-        let left = dimmed(world, stream, gain.medium, &shadow, shadow.t_max);
-        self.gain(gain, left);
-    }
-
-    /// Adds light of which so much is `left` along a shadow ray.
-    fn gain(&mut self, gain: &Gain, left: Rgb) {
-        if is_black(left) {
-            return;
-        }
-        let weighted = gain.weighted * left;
-        self.show(gain.from, gain.strategy, gain.light * left, weighted);
-        match gain.strategy {
-            (_, 1) => {
-                if let Some(id) = gain.from {
-                    self.context.shadow(id, true);
-                }
-                self.trail.radiance += weighted;
-            }
-            _ => self.trail.joined += weighted,
-        }
-    }
-
-    /// s ≥ 2: every vertex of the light path, as far as the path does not become too long.
-    fn connect(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
-        let from = vertex.reference_point();
-        let left = self.bdpt.max_depth - self.trail.walk.depth;
-        for end in self.light_path.vertices() {
-            // Scattering events: those before the camera's vertex, and it; `end.depth` before the light's, and it.
-            if end.depth + 1 > left.saturating_sub(1) {
-                return;
-            }
-            let to = end.vertex.reference_point();
-            let distance2 = (to.p - from.p).length_squared();
-            if distance2 == 0.0 {
-                continue;
-            }
-            let shadow = from.shadow_ray_to(to.p, to.p_error, to.n);
-            let w = (to.p - from.p) / distance2.sqrt();
-            let Some(here) = vertex.radiance(w) else {
-                continue;
-            };
-            let Some(there) = end.vertex.importance(-w) else {
-                continue;
-            };
-            // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.
-            let joined =
-                self.trail.walk.throughput * here.value * there.value * end.throughput / distance2;
-            if is_black(joined) {
-                continue;
-            }
-            let (cosine, other) = (vertex.cosine(w), end.vertex.cosine(w));
-            let onto =
-                |pdf: f32, cosine: f32| f64::from(pdf) * f64::from(cosine) / f64::from(distance2);
-            let camera = history.earlier(onto(there.forward, cosine), here.reverse.into());
-            let light = end
-                .history
-                .earlier(onto(here.forward, other), there.reverse.into());
-            let share = self.bdpt.connections;
-            self.trace_shadow(Gain {
-                path: 0,
-                from: self.light_path.light(),
-                strategy: (self.trail.walk.depth + end.depth + 2, end.depth + 2),
-                shadow,
-                medium: vertex.medium_toward(self.context.world, w),
-                light: joined / share,
-                weighted: joined * (weight_of_joint(light, camera, share) / share),
-            });
-        }
-    }
-
-    /// Goes on from a surface.
+    /// Continues from a surface.
     fn scatter(
         &mut self,
         (hit, bsdf): (&GeometryHit, &Bsdf<'a>),

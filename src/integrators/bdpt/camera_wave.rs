@@ -2,11 +2,12 @@
 //! of one path at a time.
 
 use super::Bdpt;
-use super::camera_path::{CameraPath, Gain, Trail};
+use super::camera_path::{CameraPath, Trail};
 use super::flats::Flats;
+use super::joins::Gain;
 use super::kept::{LightPath, LightPaths};
 use super::light_path::LightVertex;
-use super::light_wave::{Known, Visitor, trace_all};
+use super::light_wave::{PathStart, Visitor, trace_all};
 use super::walk::Met;
 use crate::accel::ClosestHit;
 use crate::handles::LightId;
@@ -19,12 +20,12 @@ use crate::samplers::SampleStream;
 use crate::world::World;
 use arrayvec::ArrayVec;
 
-/// What waves of a thread use one after the other: it is too large to be made for each.
+/// Memory that the waves of a thread use in turn: too large to be initialized for each.
 #[derive(Default)]
-pub(in crate::integrators) struct Room {
+pub(in crate::integrators) struct WaveBuffers {
     /// By path.
     trails: ArrayVec<Trail, WAVE>,
-    /// The paths that go on.
+    /// The paths that continue.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
     pub(super) flats: Flats,
@@ -34,7 +35,7 @@ pub(in crate::integrators) struct Room {
 struct Wave<'a, 'p> {
     bdpt: &'a Bdpt,
     bundle: Bundle<'a, 'p>,
-    room: Box<Room>,
+    buffers: Box<WaveBuffers>,
     /// Whether shadow rays wait for others.
     waits: bool,
 }
@@ -43,42 +44,44 @@ struct Wave<'a, 'p> {
 pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
     let mut wave = Wave {
         bdpt,
-        room: bundle.workspace.room.take().unwrap_or_default(),
+        buffers: bundle.workspace.buffers.take().unwrap_or_default(),
         waits: shadows_may_wait(bundle.world),
         bundle,
     };
     let light_paths = wave.begin();
     let mut is_first = true;
-    while !wave.room.walking.is_empty() {
+    while !wave.buffers.walking.is_empty() {
         wave.extend(&light_paths, is_first);
         is_first = false;
     }
     let brought = |trail: &Trail| trail.radiance + trail.joined;
-    out.extend(wave.room.trails.iter().map(brought));
-    let Wave { bundle, room, .. } = wave;
+    out.extend(wave.buffers.trails.iter().map(brought));
+    let Wave {
+        bundle, buffers, ..
+    } = wave;
     light_paths.give_back(&mut bundle.workspace.vertices);
-    bundle.workspace.room = Some(room);
+    bundle.workspace.buffers = Some(buffers);
 }
 
-/// Keeps light paths, and the numbers that they leave for the camera paths.
-struct Keeper<'a> {
+/// Stores light paths, and their sample streams, which the camera paths continue.
+struct PathRecorder<'a> {
     light_paths: LightPaths<'a>,
     ended: [Option<SampleStream>; WAVE],
 }
 
-impl<'a> Visitor<'a> for Keeper<'a> {
+impl<'a> Visitor<'a> for PathRecorder<'a> {
     fn visit(
         &mut self,
-        known: &Known,
+        start: &PathStart,
         light: LightId,
         vertex: LightVertex<'_, 'a>,
         _: &mut SampleStream,
     ) {
-        self.light_paths.push(known.path as usize, light, &vertex);
+        self.light_paths.push(start.path as usize, light, &vertex);
     }
 
-    fn end(&mut self, known: &Known, stream: &SampleStream) {
-        self.ended[known.path as usize] = Some(*stream);
+    fn end(&mut self, start: &PathStart, stream: &SampleStream) {
+        self.ended[start.path as usize] = Some(*stream);
     }
 }
 
@@ -86,12 +89,12 @@ impl<'a> Wave<'a, '_> {
     /// Begins all paths, and traces light paths for those that are joined to one.
     fn begin(&mut self) -> LightPaths<'a> {
         let mut joined = ArrayVec::<u32, WAVE>::new();
-        self.room.trails.clear();
-        self.room.walking.clear();
+        self.buffers.trails.clear();
+        self.buffers.walking.clear();
         for path in 0..self.bundle.paths.len().min(WAVE) {
             let context = self.bundle.context(path);
-            self.room.trails.push(Trail::new(&context));
-            self.room.walking.push(path as u32);
+            self.buffers.trails.push(Trail::new(&context));
+            self.buffers.walking.push(path as u32);
             if self.bdpt.joins(context.stream) {
                 joined.push(path as u32);
             }
@@ -107,34 +110,34 @@ impl<'a> Wave<'a, '_> {
             workspace,
         } = &mut self.bundle;
         let tracer = self.bdpt.joinable(world, lights);
-        // For as many as may ever be joined at once: chance decides, and no later wave is to ask for more.
+        // For as many as may ever be joined at once: chance decides, and no later wave is to allocate more.
         let most = if self.bdpt.connections > 0.0 { WAVE } else { 0 };
         let room = (most, tracer.max_depth);
         let light_paths = LightPaths::in_spare(&mut workspace.vertices, room);
         if joined.is_empty() {
             return light_paths;
         }
-        let mut keeper = Keeper {
+        let mut recorder = PathRecorder {
             light_paths,
             ended: [None; WAVE],
         };
         let begin = |&path: &u32| {
             let of_camera = &paths[path as usize];
-            let known = Known {
+            let start = PathStart {
                 path: path.into(),
                 time: of_camera.end.ray.ray.time,
                 wavelength: 0.0,
             };
-            (known, *of_camera.stream)
+            (start, *of_camera.stream)
         };
-        let flats = &mut self.room.flats;
-        trace_all(&tracer, joined.iter().map(begin), flats, &mut keeper);
+        let flats = &mut self.buffers.flats;
+        trace_all(&tracer, joined.iter().map(begin), flats, &mut recorder);
         for &path in joined {
-            if let Some(stream) = keeper.ended[path as usize] {
+            if let Some(stream) = recorder.ended[path as usize] {
                 *paths[path as usize].stream = stream;
             }
         }
-        keeper.light_paths
+        recorder.light_paths
     }
 
     /// Extends all paths by a vertex.
@@ -142,13 +145,13 @@ impl<'a> Wave<'a, '_> {
         let world = self.bundle.world;
         let mut found = [None; WAVE];
         self.closest(&mut found);
-        self.room.flats.clear();
-        for (path, found) in std::mem::take(&mut self.room.walking)
+        self.buffers.flats.clear();
+        for (path, found) in std::mem::take(&mut self.buffers.walking)
             .into_iter()
             .zip(found)
         {
             let t = found.as_ref().map(ClosestHit::t);
-            let in_medium = self.room.trails[path as usize].walk.medium.is_some();
+            let in_medium = self.buffers.trails[path as usize].walk.medium.is_some();
             let advanced =
                 in_medium.then(|| self.with(path, light_paths, |state| state.advance(t)));
             let is_at_surface = matches!(advanced, None | Some(Some(Met::Surface)));
@@ -169,7 +172,7 @@ impl<'a> Wave<'a, '_> {
                 state.arrive_at(&met, hit.as_ref())
             });
             if extended.is_some() {
-                self.room.walking.push(path);
+                self.buffers.walking.push(path);
             }
         }
         self.extend_from_flats(light_paths);
@@ -180,44 +183,47 @@ impl<'a> Wave<'a, '_> {
     /// the path.
     fn is_flat(&mut self, path: u32, found: &ClosestHit) -> bool {
         let world = self.bundle.world;
-        let walk = &self.room.trails[path as usize].walk;
+        let walk = &self.buffers.trails[path as usize].walk;
         let watch = self.bundle.paths[path as usize].watch.as_deref();
         let is_looked_at = watch.is_some_and(Watch::is_looking);
         // At the end of its depth a path is as well off by itself: it brings nothing.
         let may_be = walk.depth < self.bdpt.max_depth && !is_looked_at;
         may_be
             && self
-                .room
+                .buffers
                 .flats
                 .add(world, (path, walk), found, walk.throughput)
     }
 
     /// Extends the paths that have come to flat triangles.
     fn extend_from_flats(&mut self, light_paths: &LightPaths<'a>) {
-        self.room.flats.resolve(self.bundle.world);
-        for i in 0..self.room.flats.count() {
-            let (path, vertex) = (self.room.flats.path(i), self.room.flats.vertex(i));
+        self.buffers.flats.resolve(self.bundle.world);
+        for i in 0..self.buffers.flats.count() {
+            let (path, vertex) = (self.buffers.flats.path(i), self.buffers.flats.vertex(i));
             let met = self.with(path as u32, light_paths, |state| state.meet_flat(&vertex));
             let stream = &mut *self.bundle.paths[path].stream;
-            self.room.flats.know(met.map(|history| {
-                // Reflection has no use for a third number.
+            self.buffers.flats.set_next(met.map(|history| {
+                // Reflection needs no third sample.
                 stream.skip_1d();
                 (history, stream.next_2d())
             }));
         }
-        self.room.flats.sample();
-        for i in 0..self.room.flats.count() {
-            let path = self.room.flats.path(i) as u32;
-            let known = (self.room.flats.history(i).copied(), self.room.flats.next(i));
+        self.buffers.flats.sample();
+        for i in 0..self.buffers.flats.count() {
+            let path = self.buffers.flats.path(i) as u32;
+            let known = (
+                self.buffers.flats.history(i).copied(),
+                self.buffers.flats.next(i),
+            );
             let (Some(history), Some((next, weight))) = known else {
                 continue;
             };
-            let vertex = self.room.flats.vertex(i);
+            let vertex = self.buffers.flats.vertex(i);
             let left = self.with(path, light_paths, |state| {
                 state.leave_flat(&vertex, (&next, weight), &history)
             });
             if left.is_some() {
-                self.room.walking.push(path);
+                self.buffers.walking.push(path);
             }
         }
     }
@@ -231,43 +237,46 @@ impl<'a> Wave<'a, '_> {
         act: impl FnOnce(&mut CameraPath) -> R,
     ) -> R {
         let light_path = light_paths.path(path as usize);
-        let waits = self.waits && self.make_room(CameraPath::shadow_rays(light_path));
+        let waits = self.waits && self.make_room(CameraPath::max_shadow_rays(light_path));
         let mut context = self.bundle.context(path as usize);
         act(&mut CameraPath {
             bdpt: self.bdpt,
             differentials: None,
             context: &mut context,
-            trail: &mut self.room.trails[path as usize],
+            trail: &mut self.buffers.trails[path as usize],
             light_path,
-            waiting: waits.then_some((&mut self.room.shadows, path)),
+            waiting: waits.then_some((&mut self.buffers.shadows, path)),
         })
     }
 
     /// What the paths hit.
     fn closest(&self, found: &mut [Option<ClosestHit>; WAVE]) {
-        let ray = |&path: &u32| self.room.trails[path as usize].walk.ray;
-        let rays: ArrayVec<Ray, WAVE> = self.room.walking.iter().map(ray).collect();
+        let ray = |&path: &u32| self.buffers.trails[path as usize].walk.ray;
+        let rays: ArrayVec<Ray, WAVE> = self.buffers.walking.iter().map(ray).collect();
         let found = &mut found[..rays.len()];
         self.bundle.world.closest(&rays, found);
     }
 
     /// Returns `true` if there is room for so many shadow rays, now at least.
     fn make_room(&mut self, count: usize) -> bool {
-        if self.room.shadows.room() < count {
+        if self.buffers.shadows.room() < count {
             self.trace_shadows();
         }
-        self.room.shadows.room() >= count
+        self.buffers.shadows.room() >= count
     }
 
     /// Adds the light that nothing blocks.
     fn trace_shadows(&mut self) {
         let Wave {
-            bdpt, bundle, room, ..
+            bdpt,
+            bundle,
+            buffers,
+            ..
         } = self;
-        let Room {
+        let WaveBuffers {
             trails, shadows, ..
-        } = &mut **room;
-        shadows.trace(bundle.world, |gain| {
+        } = &mut **buffers;
+        shadows.trace(bundle.world, |shadow, gain| {
             let mut context = bundle.context(gain.path as usize);
             let mut state = CameraPath {
                 bdpt,
@@ -277,13 +286,13 @@ impl<'a> Wave<'a, '_> {
                 light_path: LightPath::default(),
                 waiting: None,
             };
-            state.gain_unblocked(&gain);
+            state.gain_unblocked(shadow, &gain);
         });
     }
 }
 
-/// Returns `true` if shadow rays may be traced after what comes next on their path: no path comes to two vertices in one step, and none of its
-/// numbers is drawn for them.
+/// Returns `true` if shadow rays may be traced after the rest of their path's step: no path has two vertices in one step, and no samples are drawn
+/// for transmittance.
 fn shadows_may_wait(world: &World) -> bool {
     !world.has_recoverable_surfaces() && !world.has_interiors() && !world.media.are_estimated()
 }

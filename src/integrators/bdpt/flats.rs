@@ -20,15 +20,15 @@ pub(super) struct Flats {
     vertices: Vertices<Matte, WAVE>,
     /// The rays, and the media along them.
     arriving: ArrayVec<(Ray, Option<MediumId>), WAVE>,
-    /// What is known of each before a direction is chosen: `None` where the path ends.
-    known: ArrayVec<Option<History>, WAVE>,
+    /// Of each vertex; `None` where the path ends.
+    histories: ArrayVec<Option<History>, WAVE>,
 }
 
 impl Flats {
     pub(super) fn clear(&mut self) {
         self.vertices.clear();
         self.arriving.clear();
-        self.known.clear();
+        self.histories.clear();
     }
 
     pub(super) fn count(&self) -> usize {
@@ -96,12 +96,12 @@ impl Flats {
         }
     }
 
-    /// What is known of the next vertex: its path continues in a direction that these numbers choose, or ends.
-    pub(super) fn know(&mut self, onward: Option<(History, Vec2)>) {
+    /// Sets the history and the 2-D sample of the next vertex's direction; `None` where its path ends.
+    pub(super) fn set_next(&mut self, onward: Option<(History, Vec2)>) {
         if let Some((_, u)) = onward {
-            self.vertices.set_number(self.known.len(), u);
+            self.vertices.set_number(self.histories.len(), u);
         }
-        self.known.push(onward.map(|(history, _)| history));
+        self.histories.push(onward.map(|(history, _)| history));
     }
 
     /// Chooses all directions.
@@ -109,9 +109,9 @@ impl Flats {
         self.vertices.sample();
     }
 
-    /// What was known of vertex `i`, if its path was to continue.
+    /// The history of vertex `i`, if its path was to continue.
     pub(super) fn history(&self, i: usize) -> Option<&History> {
-        self.known[i].as_ref()
+        self.histories[i].as_ref()
     }
 
     /// How the path of vertex `i` continues, and what its throughput was multiplied by.

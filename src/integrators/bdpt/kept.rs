@@ -108,6 +108,8 @@ struct Ends {
     light: LightId,
     first: u32,
     last: u32,
+    /// How many vertices.
+    count: u32,
 }
 
 /// One of the [`LightPaths`], which may be empty.
@@ -125,7 +127,7 @@ pub(in crate::integrators) struct SpareVertices {
 }
 
 impl<'a> LightPaths<'a> {
-    /// None yet, in the memory of the last ones. Room is made at once for `count` of so many vertices, so that later ones need no more.
+    /// None yet, in the memory of the last ones. Room is made at once for `count` of so many vertices, so that later waves allocate nothing.
     pub(super) fn in_spare(
         spare: &mut SpareVertices,
         (count, depth): (usize, u32),
@@ -153,7 +155,9 @@ impl<'a> LightPaths<'a> {
             light,
             first: index,
             last: index,
+            count: 0,
         });
+        ends.count += 1;
         let before = std::mem::replace(&mut ends.last, index);
         if before != index {
             self.vertices[before as usize].next = Some(index);
@@ -175,6 +179,11 @@ impl<'v, 'a> LightPath<'v, 'a> {
     /// Where it begins, if it does.
     pub(super) fn light(self) -> Option<LightId> {
         Some(self.ends?.light)
+    }
+
+    /// The number of [`LightPath::vertices`].
+    pub(super) fn len(self) -> usize {
+        self.ends.map_or(0, |ends| ends.count as usize)
     }
 
     /// From the light on; not the point on the light.

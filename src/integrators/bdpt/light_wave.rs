@@ -14,17 +14,17 @@ use arrayvec::ArrayVec;
 /// Paths that are traced together: enough to fill packets of rays when many of them have ended.
 const WAVE: usize = 64;
 
-/// A path on its way.
-struct Traveler {
-    known: Known,
+/// A path being traced.
+struct ActivePath {
+    start: PathStart,
     begun: Begun,
     walk: Walk,
     stream: SampleStream,
 }
 
-/// What is known of a path before it begins.
+/// What is start of a path before it begins.
 #[derive(Clone, Copy)]
-pub(super) struct Known {
+pub(super) struct PathStart {
     /// Its number.
     pub path: u64,
     pub time: f32,
@@ -32,60 +32,60 @@ pub(super) struct Known {
     pub wavelength: f32,
 }
 
-/// What is told of paths on their way.
+/// Receives the vertices of light paths.
 pub(super) trait Visitor<'a> {
     /// A path has come to a vertex that can be joined to others: those of a path in order.
     fn visit(
         &mut self,
-        known: &Known,
+        start: &PathStart,
         light: LightId,
         vertex: LightVertex<'_, 'a>,
         stream: &mut SampleStream,
     );
 
-    /// A path has ended, and leaves these numbers.
-    fn end(&mut self, _known: &Known, _stream: &SampleStream) {}
+    /// A path has ended, with its sample stream as it leaves it.
+    fn end(&mut self, _start: &PathStart, _stream: &SampleStream) {}
 }
 
 /// Traces paths.
 pub(super) fn trace_all<'a>(
     tracer: &LightTracer<'_, 'a>,
-    mut paths: impl Iterator<Item = (Known, SampleStream)>,
+    mut paths: impl Iterator<Item = (PathStart, SampleStream)>,
     flats: &mut Flats,
     visitor: &mut impl Visitor<'a>,
 ) {
-    let mut travelers = ArrayVec::<Traveler, WAVE>::new();
+    let mut active = ArrayVec::<ActivePath, WAVE>::new();
     loop {
-        while !travelers.is_full()
-            && let Some((known, mut stream)) = paths.next()
+        while !active.is_full()
+            && let Some((start, mut stream)) = paths.next()
         {
-            match tracer.begin(known.time, &mut stream) {
-                Some((begun, walk)) if tracer.max_depth > 0 => travelers.push(Traveler {
-                    known,
+            match tracer.begin(start.time, &mut stream) {
+                Some((begun, walk)) if tracer.max_depth > 0 => active.push(ActivePath {
+                    start,
                     begun,
                     walk,
                     stream,
                 }),
-                _ => visitor.end(&known, &stream),
+                _ => visitor.end(&start, &stream),
             }
         }
-        if travelers.is_empty() {
+        if active.is_empty() {
             return;
         }
         let mut has_ended = [false; WAVE];
-        extend(tracer, (&mut travelers, &mut has_ended), flats, visitor);
-        extend_from_flats(tracer, (&mut travelers, &mut has_ended), flats, visitor);
+        extend(tracer, (&mut active, &mut has_ended), flats, visitor);
+        extend_from_flats(tracer, (&mut active, &mut has_ended), flats, visitor);
         // From the last, so that others take the places of those that end.
-        for i in (0..travelers.len()).rev() {
-            let Traveler {
-                known,
+        for i in (0..active.len()).rev() {
+            let ActivePath {
+                start,
                 walk,
                 stream,
                 ..
-            } = &travelers[i];
+            } = &active[i];
             if has_ended[i] || walk.depth >= tracer.max_depth {
-                visitor.end(known, stream);
-                travelers.swap_remove(i);
+                visitor.end(start, stream);
+                active.swap_remove(i);
             }
         }
     }
@@ -94,22 +94,22 @@ pub(super) fn trace_all<'a>(
 /// Extends paths by a vertex, and takes up those that come to flat triangles.
 fn extend<'a>(
     tracer: &LightTracer<'_, 'a>,
-    (travelers, has_ended): (&mut [Traveler], &mut [bool; WAVE]),
+    (active, has_ended): (&mut [ActivePath], &mut [bool; WAVE]),
     flats: &mut Flats,
     visitor: &mut impl Visitor<'a>,
 ) {
     let world = tracer.world;
-    let rays: ArrayVec<Ray, WAVE> = travelers.iter().map(|traveler| traveler.walk.ray).collect();
+    let rays: ArrayVec<Ray, WAVE> = active.iter().map(|path| path.walk.ray).collect();
     let mut found = [None; WAVE];
     world.closest(&rays, &mut found[..rays.len()]);
     flats.clear();
-    for (i, (traveler, found)) in travelers.iter_mut().zip(found).enumerate() {
-        let Traveler {
-            known,
+    for (i, (path, found)) in active.iter_mut().zip(found).enumerate() {
+        let ActivePath {
+            start,
             begun,
             walk,
             stream,
-        } = traveler;
+        } = path;
         let t = found.as_ref().map(ClosestHit::t);
         let Some(met) = walk.advance(world, t, stream) else {
             has_ended[i] = true;
@@ -122,7 +122,7 @@ fn extend<'a>(
         }
         let hit = found.and_then(|found| world.surface(&walk.ray, &found));
         let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
-            visitor.visit(known, begun.light, vertex, stream);
+            visitor.visit(start, begun.light, vertex, stream);
         };
         let at = (walk, (met, hit.as_ref()));
         let extended = tracer.extend(begun, at, stream, &mut visit);
@@ -133,28 +133,28 @@ fn extend<'a>(
 /// Extends the paths that have come to flat triangles.
 fn extend_from_flats<'a>(
     tracer: &LightTracer<'_, 'a>,
-    (travelers, has_ended): (&mut [Traveler], &mut [bool; WAVE]),
+    (active, has_ended): (&mut [ActivePath], &mut [bool; WAVE]),
     flats: &mut Flats,
     visitor: &mut impl Visitor<'a>,
 ) {
     flats.resolve(tracer.world);
     for i in 0..flats.count() {
-        let Traveler {
+        let ActivePath {
             begun,
             walk,
             stream,
             ..
-        } = &mut travelers[flats.path(i)];
+        } = &mut active[flats.path(i)];
         let history = tracer.meet_flat(begun, walk, &flats.vertex(i));
         let u = match tracer.is_last(walk) {
             true => Vec2::ZERO,
             false => {
-                // Reflection has no use for a third number.
+                // Reflection needs no third sample.
                 stream.skip_1d();
                 stream.next_2d()
             }
         };
-        flats.know(Some((history, u)));
+        flats.set_next(Some((history, u)));
     }
     flats.sample();
     for i in 0..flats.count() {
@@ -162,12 +162,12 @@ fn extend_from_flats<'a>(
             continue;
         };
         let (path, at) = (flats.path(i), flats.vertex(i));
-        let Traveler {
-            known,
+        let ActivePath {
+            start,
             begun,
             walk,
             stream,
-        } = &mut travelers[path];
+        } = &mut active[path];
         let found = LightVertex {
             vertex: Vertex::Flat(&at),
             throughput: walk.throughput,
@@ -177,6 +177,6 @@ fn extend_from_flats<'a>(
         let next = flats.next(i).filter(|_| !tracer.is_last(walk));
         let left = next.and_then(|(next, _)| tracer.leave_flat(walk, &at, &next, &history, stream));
         has_ended[path] = left.is_none();
-        visitor.visit(known, begun.light, found, stream);
+        visitor.visit(start, begun.light, found, stream);
     }
 }

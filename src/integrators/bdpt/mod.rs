@@ -7,8 +7,8 @@
 //! | s | t | | file |
 //! |---|---|---|---|
 //! | 0 | ≥ 2 | a camera path meets a light | [`camera_path`] |
-//! | 1 | ≥ 2 | emitter sampling | [`camera_path`] |
-//! | ≥ 2 | ≥ 2 | a camera path is joined to a light path | [`camera_path`], [`light_path`] |
+//! | 1 | ≥ 2 | emitter sampling | [`joins`] |
+//! | ≥ 2 | ≥ 2 | a camera path is joined to a light path | [`joins`], [`light_path`] |
 //! | ≥ 2 | 1 | a light path is joined to the lens: the light pass | [`splat`] |
 //!
 //! The last row is what no path tracer has: the caustics of lights without area. Its paths are shared by all pixels, and are not those
@@ -24,6 +24,7 @@
 mod camera_path;
 mod camera_wave;
 mod flats;
+mod joins;
 mod kept;
 mod light_end;
 mod light_path;
@@ -46,7 +47,7 @@ use camera_path::{CameraPath, Trail};
 use kept::LightPaths;
 use light_path::LightTracer;
 
-pub(super) use camera_wave::Room;
+pub(super) use camera_wave::WaveBuffers;
 pub(super) use kept::SpareVertices;
 pub use strategies::Shown;
 pub(super) use walk::{Carries, Turn};
@@ -183,8 +184,8 @@ impl Transport for Bdpt {
             lights,
             max_depth: self.max_depth,
         };
-        let room = workspace.room.get_or_insert_default();
-        splat::splat_paths(&tracer, job, paths, &mut room.flats, splat);
+        let buffers = workspace.buffers.get_or_insert_default();
+        splat::splat_paths(&tracer, job, paths, &mut buffers.flats, splat);
     }
 
     fn beginning(

@@ -3,20 +3,20 @@
 
 use super::flats::Flats;
 use super::light_path::{LightTracer, LightVertex};
-use super::light_wave::{Known, Visitor, trace_all};
+use super::light_wave::{PathStart, Visitor, trace_all};
 use super::strategies::layer;
 use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
 use crate::handles::{LightId, MediumId};
 use crate::integrators::landing::{for_pixels, reaches_film};
-use crate::integrators::volpath::{dimmed, ended, transmittance};
+use crate::integrators::volpath::{dimmed, shadow_segment, transmittance};
 use crate::integrators::{LightJob, Splat};
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2, color::is_black};
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
 
-/// A connection before it is known where on the film it lands.
+/// A connection before it is start where on the film it lands.
 struct Pending {
     /// The number of its path.
     path: u64,
@@ -63,12 +63,12 @@ pub(super) fn splat_paths(
     };
     let paths = paths.map(|(path, mut stream)| {
         let (time, wavelength) = skip_camera(job, &mut stream);
-        let known = Known {
+        let start = PathStart {
             path,
             time,
             wavelength,
         };
-        (known, stream)
+        (start, stream)
     });
     trace_all(tracer, paths, flats, &mut waiting);
     waiting.land();
@@ -77,7 +77,7 @@ pub(super) fn splat_paths(
 impl<'a, S: FnMut(Splat)> Visitor<'a> for Waiting<'_, 'a, S> {
     fn visit(
         &mut self,
-        known: &Known,
+        start: &PathStart,
         light: LightId,
         vertex: LightVertex<'_, 'a>,
         stream: &mut SampleStream,
@@ -86,10 +86,10 @@ impl<'a, S: FnMut(Splat)> Visitor<'a> for Waiting<'_, 'a, S> {
             true => stream.next_2d(),
             false => Vec2::splat(0.5),
         };
-        let wavelength = known.wavelength;
+        let wavelength = start.wavelength;
         let at = LensSample { lens, wavelength };
         // No connection where none can be made.
-        let _ = self.join((known.path, light), &vertex, &at, stream);
+        let _ = self.join((start.path, light), &vertex, &at, stream);
         if self.pending.is_full() {
             self.land();
         }
@@ -142,7 +142,11 @@ impl<S: FnMut(Splat)> Waiting<'_, '_, S> {
             let light = self.pending[i].light * landing.importance;
             if !is_black(light) && reaches_film(job, landing.raster) {
                 landed.push((i, landing, light));
-                shadows.push(ended(world, &self.aims[i].shadow, self.pending[i].medium));
+                shadows.push(shadow_segment(
+                    world,
+                    &self.aims[i].shadow,
+                    self.pending[i].medium,
+                ));
             }
         }
         let sees_beyond = world.has_recoverable_surfaces();

@@ -151,7 +151,7 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
         let shadows = &mut waiting.shadows;
         lamps.light(world, |shadow, gain| {
             if shadows.push(shadow, gain) {
-                shadows.trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
+                shadows.trace(world, |_, gain| add::<WATCHED>(world, trails, paths, gain));
             }
         });
     }
@@ -162,7 +162,7 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
         let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
         waiting
             .shadows
-            .trace(world, |gain| add::<WATCHED>(world, trails, paths, gain));
+            .trace(world, |_, gain| add::<WATCHED>(world, trails, paths, gain));
     }
 }
 
