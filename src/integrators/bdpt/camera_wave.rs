@@ -36,7 +36,7 @@ struct Wave<'a, 'p> {
     bdpt: &'a Bdpt,
     bundle: Bundle<'a, 'p>,
     buffers: Box<WaveBuffers>,
-    /// Whether shadow rays wait for others.
+    /// `true` if shadow rays wait for others.
     waits: bool,
 }
 
