@@ -146,7 +146,7 @@ pub struct TexturePoint {
 }
 
 /// A point that receives light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct ReferencePoint {
     /// Position.
     pub p: Vec3,

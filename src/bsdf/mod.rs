@@ -27,7 +27,7 @@ pub mod subsurface_exit;
 pub(crate) mod testing;
 pub mod trowbridge_reitz;
 
-pub(crate) use boundary::Boundary;
+pub(crate) use boundary::{Boundary, Way};
 pub(crate) use coated::{Coated, CoatedLobes};
 pub use lobe::Lobe;
 pub(crate) use matte::Matte;
@@ -227,15 +227,20 @@ impl<'a> Bsdf<'a> {
     }
 
     /// Density with which [`Bsdf::sample`] samples `wi` from non-specular lobes.
-    #[cfg(any(test, feature = "internals"))]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let (wo, wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
-        if wo.z == 0.0 || self.lobes.is_empty() {
+        let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
+        if local_wo.z == 0.0 {
             return 0.0;
         }
-        let choice = LobeChoice::new(&self.lobes, wo);
-        let lobes = self.lobes.iter().enumerate();
-        lobes.map(|(i, l)| choice.of(i) * l.pdf(wo, wi)).sum()
+        match &self.lobes[..] {
+            [lobe] => lobe.pdf(local_wo, local_wi),
+            lobes => {
+                let choice = self.choice(wo, local_wo);
+                let pdfs = lobes.iter().enumerate();
+                pdfs.map(|(i, lobe)| choice.of(i) * lobe.pdf(local_wo, local_wi))
+                    .sum()
+            }
+        }
     }
 
     /// [`Bsdf::f`] and [`Bsdf::pdf`] for one pair of directions, at less than the cost of both.

@@ -61,23 +61,11 @@ pub struct FresnelSpecular {
 }
 
 impl FresnelSpecular {
-    /// Probability of reflection where the Fresnel reflectance is `f`: that (evenness 0) makes all paths carry the same flux.
-    /// Where they light different pixels, the faint light of reflections is as noisy as it is faint, and chances that go
-    /// with the square roots of the fluxes (evenness 1) share the noise between both.
-    fn reflection_probability(&self, f: f32) -> f32 {
-        if self.evenness == 0.0 {
-            return f;
-        }
-        let (reflected, refracted) = (f.sqrt(), (1.0 - f).sqrt());
-        let even = reflected / (reflected + refracted);
-        f + self.evenness * (even - f)
-    }
-
     /// Samples reflection if `uc` in [0, 1) is below its probability, otherwise refraction.
     pub fn sample(&self, wo: Vec3, uc: f32) -> Option<LobeSample> {
         let f = dielectric(wo.z, self.eta_a, self.eta_b);
         let share = 1.0 - f;
-        let p = self.reflection_probability(f);
+        let p = reflection_probability(f, self.evenness);
         if uc < p {
             Some(reflected(wo, self.reflectance * f, p))
         } else {
@@ -102,6 +90,18 @@ impl FresnelSpecular {
         let share = 1.0 - dielectric(wo.z, self.eta_a, self.eta_b);
         refracted(wo, self.transmittance * share, self.eta_a, self.eta_b, 1.0)
     }
+}
+
+/// Probability of reflection where the Fresnel reflectance is `f`: that (evenness 0) makes all paths carry the same flux.
+/// Where they light different pixels, the faint light of reflections is as noisy as it is faint, and chances that go
+/// with the square roots of the fluxes (evenness 1) share the noise between both.
+pub fn reflection_probability(f: f32, evenness: f32) -> f32 {
+    if evenness == 0.0 {
+        return f;
+    }
+    let (reflected, refracted) = (f.sqrt(), (1.0 - f).sqrt());
+    let even = reflected / (reflected + refracted);
+    f + evenness * (even - f)
 }
 
 fn reflected(wo: Vec3, factor: Rgb, pdf: f32) -> LobeSample {

@@ -2,9 +2,10 @@
 
 use crate::handles::LightId;
 use crate::lights::{
-    Emission, EmissionDensity, EmissionGuide, EmitterChoice, SceneSphere, place_of_ray,
+    Emission, EmissionDensity, EmissionGuide, EmitterChoice, RayNumbers, SceneSphere, place_of_ray,
 };
-use crate::math::adaptive_density::{AdaptiveDensity, Found};
+use crate::math::adaptive_density::{AdaptiveDensity, Found, Sampled};
+use crate::math::sampling::BELOW_ONE;
 use crate::math::{Vec2, Vec3};
 use crate::samplers::SampleStream;
 use crate::world::World;
@@ -21,6 +22,24 @@ pub(super) struct Emitters {
     /// Of each light, where one was learned.
     guides: Vec<Option<EmissionGuide>>,
 }
+
+/// The light that a path begins at, and what its ray there is chosen by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chosen {
+    /// The light.
+    pub id: LightId,
+    /// Its probability.
+    pub pmf: f32,
+    u: RayNumbers,
+    /// Where a guide has led.
+    guided: Option<Sampled>,
+}
+
+/// Less probable lights have rays by numbers of their own: too few digits are left of that which chose them.
+const MIN_SHARED: f32 = 1.0 / 256.0;
+
+/// Numbers of sample streams are multiples of this.
+const RESOLUTION: f32 = 1.0 / (1u32 << 23) as f32;
 
 impl Emitters {
     /// For all lights of the world that are sampled.
@@ -53,16 +72,56 @@ impl Emitters {
         }
     }
 
-    /// Chooses a light and a ray of it; also returns the light's probability.
-    pub(super) fn begin(
+    /// Chooses a light, and draws the numbers of a ray. The number of its direction chooses the light as well, so that the rays of
+    /// each light are stratified as if it were the only one.
+    pub(super) fn choose(&self, stream: &mut SampleStream) -> Option<Chosen> {
+        let chooses = self.choice.chooses();
+        let more = stream.next_1d_if(chooses);
+        let (position, mut direction) = (stream.next_2d(), stream.next_2d());
+        let (id, pmf, rest) = self.choice.sample(direction.x)?;
+        if chooses {
+            // With the digits that the choice has used up.
+            direction.x = match pmf >= MIN_SHARED {
+                true => (rest + more * RESOLUTION / pmf).min(BELOW_ONE),
+                false => more,
+            };
+        }
+        Some(Chosen {
+            id,
+            pmf,
+            u: RayNumbers {
+                position,
+                direction,
+            },
+            guided: None,
+        })
+    }
+
+    /// Finds where guides lead.
+    pub(super) fn guide<'c>(
         &self,
         world: &World,
-        stream: &mut SampleStream,
-    ) -> Option<(LightId, f32, Emission)> {
-        let choice = stream.next_1d_if(self.choice.chooses());
-        let (id, pmf, _) = self.choice.sample(choice)?;
-        let (at, toward) = (stream.next_2d(), stream.next_2d());
-        Some((id, pmf, self.emit(world, id, at, toward)?))
+        chosen: impl IntoIterator<Item = &'c mut Chosen>,
+    ) {
+        if self.guides.is_empty() {
+            return;
+        }
+        let wanted = chosen.into_iter().filter_map(|chosen| {
+            let (density, u) = self
+                .guide_of(chosen.id)?
+                .guided(world.light(chosen.id), chosen.u)?;
+            Some((density, u, &mut chosen.guided))
+        });
+        AdaptiveDensity::sample_all(wanted, |guided, sampled| *guided = Some(sampled));
+    }
+
+    /// The ray that was chosen.
+    pub(super) fn emit(&self, world: &World, chosen: &Chosen) -> Option<Emission> {
+        let (light, u) = (world.light(chosen.id), chosen.u);
+        match self.guide_of(chosen.id) {
+            Some(guide) => guide.emit(light, &self.scene, u, chosen.guided),
+            None => light.emit(&self.scene, u.position, u.direction),
+        }
     }
 
     /// What a guide is to know of a path that begins like this.
@@ -111,21 +170,6 @@ impl Emitters {
         self.guides.get(id.index())?.as_ref()
     }
 
-    /// A ray of light `id`, from numbers in [0, 1)².
-    pub(super) fn emit(
-        &self,
-        world: &World,
-        id: LightId,
-        u_position: Vec2,
-        u_direction: Vec2,
-    ) -> Option<Emission> {
-        let light = world.light(id);
-        match self.guide_of(id) {
-            Some(guide) => guide.emit(light, &self.scene, u_position, u_direction),
-            None => light.emit(&self.scene, u_position, u_direction),
-        }
-    }
-
     /// The densities with which [`Emitters::emit`] chooses the ray through `p` in unit direction `d`, from a point with the
     /// normal `n` of a light that has an area.
     pub(super) fn density(
@@ -163,4 +207,58 @@ pub struct Learned {
     pub beginning: Beginning,
     /// The square of what it brought.
     pub brought: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrators::testing::job;
+
+    /// Of lights of all powers, each is chosen as often as its probability says, and the numbers that are left for its rays are uniform.
+    #[test]
+    fn a_choice_leaves_uniform_numbers() {
+        let light = |i: i32| {
+            let power = 4f32.powi(-(i % 7));
+            format!("LightSource \"point\" \"rgb I\" [ {power} {power} {power} ]\n")
+        };
+        let lights: String = (0..60).map(light).collect();
+        let text = format!("Integrator \"bdpt\"\nWorldBegin\n{lights}Shape \"sphere\"\nWorldEnd");
+        let job = job(&text);
+        let emitters = Emitters::new(&job.world);
+        let n = 1 << 18;
+        let mut found = vec![Vec::new(); 60];
+        for i in 0..n {
+            let chosen = emitters.choose(&mut job.sampler.light_stream(i)).unwrap();
+            let RayNumbers {
+                position,
+                direction,
+            } = chosen.u;
+            for u in [position, direction] {
+                assert!(u.min_element() >= 0.0 && u.max_element() < 1.0);
+            }
+            found[chosen.id.index()].push(direction.x);
+        }
+        let (mut shared, mut alone) = (0, 0);
+        for (i, numbers) in found.iter_mut().enumerate() {
+            let pmf = emitters.choice.pmf(LightId(i as u32));
+            if pmf >= MIN_SHARED {
+                shared += 1;
+            } else {
+                alone += 1;
+            }
+            let expected = pmf * n as f32;
+            assert!(
+                (numbers.len() as f32 / expected - 1.0).abs() < 0.02,
+                "{i}: {} of {expected}",
+                numbers.len()
+            );
+            // The distance of Kolmogorov and Smirnov; independent numbers would have a larger one once in 10⁵.
+            numbers.sort_by(f32::total_cmp);
+            let count = numbers.len() as f32;
+            let distance = |(k, x): (usize, &f32)| (x - k as f32 / count).abs();
+            let largest = numbers.iter().enumerate().map(distance).fold(0.0, f32::max);
+            assert!(largest < 2.5 / count.sqrt(), "{i}: {largest} of {count}");
+        }
+        assert!(shared > 10 && alone > 10, "{shared} {alone}");
+    }
 }

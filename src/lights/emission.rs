@@ -53,7 +53,7 @@ impl SceneSphere {
 }
 
 /// A ray of light as it leaves its source.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Emission {
     /// Its origin, render space; for lights at infinity a point outside the scene's sphere.
     pub p: Vec3,
@@ -71,7 +71,7 @@ pub struct Emission {
 }
 
 /// The densities with which a light chooses a ray. A choice that has no alternative counts as 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EmissionDensity {
     /// Of the origin per area: on the emitter, or on the disk perpendicular to the ray for lights at infinity; 1 for lights
     /// at a point.

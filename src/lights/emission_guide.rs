@@ -7,7 +7,8 @@
 
 use super::emission::{Emission, EmissionDensity, SceneSphere};
 use super::kinds::Light;
-use crate::math::adaptive_density::AdaptiveDensity;
+use crate::math::adaptive_density::{AdaptiveDensity, Sampled};
+use crate::math::sampling::BELOW_ONE;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -15,6 +16,15 @@ use std::f32::consts::PI;
 #[derive(Clone, Debug)]
 pub struct EmissionGuide {
     density: AdaptiveDensity,
+}
+
+/// What a ray is chosen by: numbers in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct RayNumbers {
+    /// For where it begins.
+    pub position: Vec2,
+    /// For its direction.
+    pub direction: Vec2,
 }
 
 impl EmissionGuide {
@@ -34,41 +44,57 @@ impl EmissionGuide {
         EmissionGuide { density }
     }
 
-    /// What [`Light::emit`] does, guided.
+    /// What leads to a guided ray from these numbers in [0, 1)²; `None` for one that begins without the guide.
+    pub fn guided(&self, light: &Light, u: RayNumbers) -> Option<(&AdaptiveDensity, Vec2)> {
+        let (is_guided, rest) = Self::part(light, u);
+        is_guided.then_some((&self.density, rest))
+    }
+
+    /// Returns `true` if the guide is used, and the numbers of what is chosen with it or without.
+    fn part(light: &Light, u: RayNumbers) -> (bool, Vec2) {
+        let u = match light.is_at_infinity() {
+            true => u.position,
+            false => u.direction,
+        };
+        let is_guided = u.x >= Self::UNGUIDED;
+        let rest = match is_guided {
+            true => (u.x - Self::UNGUIDED) / (1.0 - Self::UNGUIDED),
+            false => u.x / Self::UNGUIDED,
+        };
+        (is_guided, Vec2::new(rest.min(BELOW_ONE), u.y))
+    }
+
+    /// What [`Light::emit`] does, guided; `guided`: what [`EmissionGuide::guided`] has led to.
     pub fn emit(
         &self,
         light: &Light,
         scene: &SceneSphere,
-        u_position: Vec2,
-        u_direction: Vec2,
+        u: RayNumbers,
+        guided: Option<Sampled>,
     ) -> Option<Emission> {
-        let at_infinity = light.is_at_infinity();
-        let guided = if at_infinity { u_position } else { u_direction };
-        let (unguided, rest) = match guided.x < Self::UNGUIDED {
-            true => (true, guided.x / Self::UNGUIDED),
-            false => (false, (guided.x - Self::UNGUIDED) / (1.0 - Self::UNGUIDED)),
+        let Some(guided) = guided else {
+            let (_, rest) = Self::part(light, u);
+            let mut emission = match light.is_at_infinity() {
+                true => light.emit(scene, rest, u.direction)?,
+                false => light.emit(scene, u.position, rest)?,
+            };
+            let (p, d) = (emission.p, emission.d);
+            emission.density = self.mixed(light, scene, emission.density, p, d);
+            return emission.if_any();
         };
-        let guided = Vec2::new(rest.min(1.0 - f32::EPSILON / 2.0), guided.y);
-        let mut emission = match (at_infinity, unguided) {
-            (true, true) => light.emit(scene, guided, u_direction)?,
-            (true, false) => {
-                let mut emission = light.emit(scene, Vec2::splat(0.5), u_direction)?;
-                let at = 2.0 * self.density.sample(guided) - 1.0;
+        let mut emission = match light.is_at_infinity() {
+            true => {
+                let mut emission = light.emit(scene, Vec2::splat(0.5), u.direction)?;
+                let at = 2.0 * guided.at - 1.0;
                 if at.length_squared() > 1.0 {
                     return None;
                 }
                 emission.p = scene.on_disk(emission.d, at);
                 emission
             }
-            (false, true) => light.emit(scene, u_position, guided)?,
-            (false, false) => {
-                let d = direction(self.density.sample(guided));
-                light.emit_toward(u_position, d)?
-            }
+            false => light.emit_toward(u.position, direction(guided.at))?,
         };
-        // As others find it for this ray, which by rounding may have come to the next cell.
-        let (p, d) = (emission.p, emission.d);
-        emission.density = self.mixed(light, scene, emission.density, p, d);
+        emission.density = Self::mix(light, scene, emission.density, guided.density);
         emission.if_any()
     }
 
@@ -82,13 +108,23 @@ impl EmissionGuide {
         p: Vec3,
         d: Vec3,
     ) -> EmissionDensity {
+        let guided = self.density.at(place_of_ray(light, scene, p, d));
+        Self::mix(light, scene, alone, guided)
+    }
+
+    /// The densities where the guide's is `guided` on its square.
+    fn mix(
+        light: &Light,
+        scene: &SceneSphere,
+        alone: EmissionDensity,
+        guided: f32,
+    ) -> EmissionDensity {
         let mut density = alone;
         let (mixed, area) = match light.is_at_infinity() {
             true => (&mut density.position, 4.0 * scene.radius * scene.radius),
             false => (&mut density.direction, 4.0 * PI),
         };
-        let guided = self.density.at(place_of_ray(light, scene, p, d)) / area;
-        *mixed = Self::UNGUIDED * *mixed + (1.0 - Self::UNGUIDED) * guided;
+        *mixed = Self::UNGUIDED * *mixed + (1.0 - Self::UNGUIDED) * (guided / area);
         density
     }
 }
@@ -100,7 +136,7 @@ pub fn place_of_ray(light: &Light, scene: &SceneSphere, p: Vec3, d: Vec3) -> Vec
         true => 0.5 * scene.across(d, p) + 0.5,
         false => Vec2::new(0.5 * d.z + 0.5, super::turns(d.x, d.y)),
     };
-    at.clamp(Vec2::ZERO, Vec2::splat(1.0 - f32::EPSILON / 2.0))
+    at.clamp(Vec2::ZERO, Vec2::splat(BELOW_ONE))
 }
 
 /// The direction that [`place_of_ray`] puts at `at`.

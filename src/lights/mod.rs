@@ -34,7 +34,7 @@ pub(crate) use diffuse::Glow;
 pub use diffuse::{DiffuseAreaLight, DiffuseAreaSpec};
 pub use distant::{DistantLight, DistantSpec};
 pub use emission::{Emission, EmissionDensity, LightEnd, SceneSphere};
-pub use emission_guide::{EmissionGuide, place_of_ray};
+pub use emission_guide::{EmissionGuide, RayNumbers, place_of_ray};
 pub use emitter_choice::EmitterChoice;
 pub use goniometric::{GoniometricLight, GoniometricSpec};
 pub use groups::{LightGroup, LightGroups};

@@ -3,7 +3,7 @@
 use super::Vec3;
 
 /// A ray in render space (or, inside an instance, in the object's space). `d` has unit length.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Ray {
     /// Origin.
     pub o: Vec3,

@@ -55,11 +55,13 @@ impl ObjectSurface for Cylinder {
         // As for the sphere, in the plane across the axis.
         let across = o2 - d2 * (b / a);
         let discriminant = a * (r * r - across.length_squared());
-        let roots = roots(a, b, c, discriminant)?.into_iter();
-        let onto_surface = |p: DVec3| (p.truncate() * (r / p.truncate().length())).extend(p.z);
-        roots
-            .map(|t| (t, onto_surface(o + d * t)))
-            .find(|&(t, p)| t > 0.0 && self.swept.contains(p))
+        let mut met = { roots(a, b, c, discriminant)?.into_iter() }
+            .filter(|&t| t > 0.0)
+            .map(|t| (t, o + d * t));
+        // Onto the surface where it is met: that changes neither height nor angle.
+        let (t, p) = met.find(|&(_, p)| self.swept.contains(p))?;
+        let across = p.truncate();
+        Some((t, (across * (r / across.length())).extend(p.z)))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

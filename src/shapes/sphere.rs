@@ -85,8 +85,9 @@ impl ObjectSurface for Sphere {
         let roots = roots(a, b, c, discriminant)?.into_iter();
         let onto_surface = |p: DVec3| p * (r / p.length());
         roots
+            .filter(|&t| t > 0.0)
             .map(|t| (t, onto_surface(o + d * t)))
-            .find(|&(t, p)| t > 0.0 && self.contains(p))
+            .find(|&(_, p)| self.contains(p))
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

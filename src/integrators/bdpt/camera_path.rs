@@ -8,9 +8,9 @@ use super::light_end::Lit;
 use super::strategies::layer;
 use super::vertex::{FlatVertex, Vertex};
 use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
-use super::weights::{History, Onward, square, weight};
+use super::weights::{History, square, weight};
 use crate::accel::GeometryHit;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Boundary, Bsdf};
 use crate::handles::LightId;
 use crate::integrators::Sight;
 use crate::integrators::context::Context;
@@ -27,35 +27,39 @@ use crate::math::{Rgb, Vec3};
 use crate::surface::ReferencePoint;
 
 /// What a path from the camera has come to.
+#[derive(Default)]
 pub(super) struct Trail {
     pub walk: Walk,
     /// Light collected so far, but for that of joined paths.
     pub radiance: Rgb,
     /// Light by s ≥ 2.
     pub joined: Rgb,
+    /// The way that the path takes when it has come to the end of the other.
+    branch: Option<Walk>,
 }
 
 impl Trail {
-    /// A path along the camera ray.
-    pub(super) fn new(context: &Context) -> Trail {
-        let ray = context.ray;
+    /// Begins along the camera ray.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, context: &Context) {
+        let ray = &context.ray;
         let from = ReferencePoint {
             p: ray.o,
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
             time: ray.time,
-            receiver_side: Default::default(),
-        };
-        let onward = Onward {
-            before: 0.0,
-            rest: 0.0,
+            ..ReferencePoint::default()
         };
         let medium = context.world.media.camera;
-        Trail {
-            walk: Walk::new(ray, medium, from, Spread::Camera, onward),
-            radiance: Rgb::ZERO,
-            joined: Rgb::ZERO,
-        }
+        self.walk
+            .begin(ray, medium, (&from, Spread::Camera), Rgb::ONE);
+        self.radiance = Rgb::ZERO;
+        self.joined = Rgb::ZERO;
+        self.branch = None;
+    }
+
+    /// Takes the way that is left, if there is one.
+    pub(super) fn turn_back(&mut self) -> Option<()> {
+        self.walk = self.branch.take()?;
+        Some(())
     }
 }
 
@@ -135,15 +139,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let history = self.history(hit.surface.p, cosine);
         self.add_emission(hit, &history);
         let differentials = self.differentials.take();
-        if let Some(boundary) = world.even_boundary(hit.material)
-            && !self.context.is_looked_at()
-        {
-            if self.trail.walk.depth >= self.bdpt.max_depth || self.is_spent() {
-                return None;
-            }
-            let how = (Carries::Radiance, self.bdpt.connections);
-            let (walk, stream) = (&mut self.trail.walk, &mut *self.context.stream);
-            return walk.cross(world, (hit, boundary), how, &history, stream);
+        let boundary = world.even_boundary(hit.material);
+        if let Some(boundary) = boundary.filter(|_| !self.context.is_looked_at()) {
+            return self.cross((hit, boundary), &history);
         }
         let mut bsdf = Bsdf::empty();
         if surface_bsdf(world, hit, differentials, Carries::Radiance, &mut bsdf).is_none() {
@@ -151,6 +149,9 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         }
         if self.context.is_looked_at() {
             self.look_at(hit, &bsdf, differentials);
+            if let Some(boundary) = boundary {
+                return self.cross((hit, boundary), &history);
+            }
         }
         if self.trail.walk.depth >= self.bdpt.max_depth {
             return None;
@@ -165,6 +166,22 @@ impl<'c, 'a> CameraPath<'c, 'a> {
             return None;
         }
         self.scatter((hit, bsdf), &history, differentials)
+    }
+
+    /// Extends the path by a vertex on a smooth boundary. The first takes both ways, so that neither is noisy for the choice.
+    fn cross(&mut self, at: (&GeometryHit, &Boundary), history: &History) -> Option<()> {
+        if self.trail.walk.depth >= self.bdpt.max_depth || self.is_spent() {
+            return None;
+        }
+        let how = (Carries::Radiance, self.bdpt.connections);
+        let Context { world, stream, .. } = &mut *self.context;
+        let walk = &mut self.trail.walk;
+        if walk.depth > 0 {
+            return walk.cross(world, at, how, history, stream);
+        }
+        let (first, other) = walk.cross_both_ways(world, at, how, history, stream);
+        self.trail.branch = other;
+        first
     }
 
     /// Collects the light at a vertex on a flat triangle. Returns what the path is to know if it continues.

@@ -23,7 +23,7 @@ use arrayvec::ArrayVec;
 /// Memory that the waves of a thread use in turn: too large to be initialized for each.
 #[derive(Default)]
 pub(in crate::integrators) struct WaveBuffers {
-    /// By path.
+    /// By path; perhaps more than there are paths.
     trails: ArrayVec<Trail, WAVE>,
     /// The paths that continue.
     walking: ArrayVec<u32, WAVE>,
@@ -55,7 +55,8 @@ pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAV
         is_first = false;
     }
     let brought = |trail: &Trail| trail.radiance + trail.joined;
-    out.extend(wave.buffers.trails.iter().map(brought));
+    let trails = wave.buffers.trails.iter().take(wave.bundle.paths.len());
+    out.extend(trails.map(brought));
     let Wave {
         bundle, buffers, ..
     } = wave;
@@ -89,11 +90,14 @@ impl<'a> Wave<'a, '_> {
     /// Begins all paths, and traces light paths for those that are joined to one.
     fn begin(&mut self) -> LightPaths<'a> {
         let mut joined = ArrayVec::<u32, WAVE>::new();
-        self.buffers.trails.clear();
         self.buffers.walking.clear();
         for path in 0..self.bundle.paths.len().min(WAVE) {
             let context = self.bundle.context(path);
-            self.buffers.trails.push(Trail::new(&context));
+            let trails = &mut self.buffers.trails;
+            if trails.len() == path {
+                trails.push(Trail::default());
+            }
+            trails[path].begin(&context);
             self.buffers.walking.push(path as u32);
             if self.bdpt.joins(context.stream) {
                 joined.push(path as u32);
@@ -171,9 +175,7 @@ impl<'a> Wave<'a, '_> {
                 let hit = hit.and_then(|found| world.surface(ray, &found));
                 state.arrive_at(&met, hit.as_ref())
             });
-            if extended.is_some() {
-                self.buffers.walking.push(path);
-            }
+            self.go_on(path, extended);
         }
         self.extend_from_flats(light_paths);
         self.trace_shadows();
@@ -216,15 +218,22 @@ impl<'a> Wave<'a, '_> {
                 self.buffers.flats.next(i),
             );
             let (Some(history), Some((next, weight))) = known else {
+                self.go_on(path, None);
                 continue;
             };
             let vertex = self.buffers.flats.vertex(i);
             let left = self.with(path, light_paths, |state| {
                 state.leave_flat(&vertex, (&next, weight), &history)
             });
-            if left.is_some() {
-                self.buffers.walking.push(path);
-            }
+            self.go_on(path, left);
+        }
+    }
+
+    /// Keeps a path that was `extended`, or that has another way to take.
+    fn go_on(&mut self, path: u32, extended: Option<()>) {
+        let trail = &mut self.buffers.trails[path as usize];
+        if extended.or_else(|| trail.turn_back()).is_some() {
+            self.buffers.walking.push(path);
         }
     }
 

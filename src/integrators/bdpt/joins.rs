@@ -142,9 +142,10 @@ impl<'a> CameraPath<'_, 'a> {
         let from = vertex.reference_point();
         let left = self.bdpt.max_depth - self.trail.walk.depth;
         for end in self.light_path.vertices() {
-            // Scattering events: those before the camera's vertex, and it; `end.depth` before the light's, and it.
+            // Scattering events: those before the camera's vertex, and it; `end.depth` before the light's, and it. After one that is too deep
+            // there may be others: see `Walk::cross_both_ways`.
             if end.depth + 1 > left.saturating_sub(1) {
-                return;
+                continue;
             }
             let to = end.vertex.reference_point();
             let distance2 = (to.p - from.p).length_squared();

@@ -11,6 +11,7 @@ use crate::bssrdf::Bssrdf;
 use crate::handles::LightId;
 use crate::integrators::Beginning;
 use crate::integrators::context::Lights;
+use crate::integrators::emitters::Chosen;
 use crate::integrators::subsurface::find_exit;
 use crate::integrators::vertices::Next;
 use crate::lights::{Emission, LightEnd};
@@ -18,6 +19,7 @@ use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::{ReceiverSide, ReferencePoint};
 use crate::world::World;
+use arrayvec::ArrayVec;
 
 /// A vertex that other subpaths can be joined to.
 #[derive(Clone, Copy)]
@@ -29,7 +31,14 @@ pub(super) struct LightVertex<'v, 'a> {
     pub depth: u32,
 }
 
+/// At so many boundaries that light from the lamp comes to first, paths take both ways.
+const BOTH_WAYS: usize = 3;
+
+/// Ways that a path takes when it has come to the end of others: at most one for each boundary.
+pub(super) type Branches = ArrayVec<Walk, BOTH_WAYS>;
+
 /// Where a light path begins.
+#[derive(Default)]
 pub(super) struct Begun {
     pub light: LightId,
     /// The light's probability.
@@ -55,21 +64,29 @@ impl<'a> LightTracer<'_, 'a> {
         stream: &mut SampleStream,
         mut visit: impl FnMut(LightId, LightVertex<'_, 'a>, &mut SampleStream),
     ) {
-        let Some((begun, mut walk)) = self.begin(time, stream) else {
+        let (mut begun, mut walk) = (Begun::default(), Walk::default());
+        let began = self
+            .choose_one(stream)
+            .and_then(|chosen| self.begin(time, &chosen, (&mut begun, &mut walk)));
+        if began.is_none() || self.max_depth == 0 {
             return;
-        };
+        }
         let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
             visit(begun.light, vertex, stream);
         };
-        while walk.depth < self.max_depth {
+        let mut branches = Branches::new();
+        loop {
             let hit = self.world.intersect(&walk.ray);
             let met = walk.advance(self.world, hit.as_ref().map(|hit| hit.t), stream);
-            let at = met.map(|met| (&mut walk, (met, hit.as_ref())));
-            if at
-                .and_then(|at| self.extend(&begun, at, stream, &mut visit))
-                .is_none()
-            {
-                return;
+            let extended = met.and_then(|met| {
+                let at = (&mut walk, (met, hit.as_ref()));
+                self.extend(&begun, at, stream, &mut branches, &mut visit)
+            });
+            if extended.is_none() || walk.depth >= self.max_depth {
+                match branches.pop() {
+                    Some(branch) => walk = branch,
+                    None => return,
+                }
             }
         }
     }
@@ -77,14 +94,39 @@ impl<'a> LightTracer<'_, 'a> {
     /// Where a path begins.
     pub(super) fn beginning(&self, stream: &mut SampleStream) -> Option<Beginning> {
         let emitters = self.lights.emitters.as_ref()?;
-        let (light, pmf, emission) = emitters.begin(self.world, stream)?;
-        Some(emitters.beginning(self.world, light, pmf, &emission))
+        let chosen = self.choose_one(stream)?;
+        let emission = emitters.emit(self.world, &chosen)?;
+        Some(emitters.beginning(self.world, chosen.id, chosen.pmf, &emission))
     }
 
-    /// Chooses a light and a ray of it.
-    pub(super) fn begin(&self, time: f32, stream: &mut SampleStream) -> Option<(Begun, Walk)> {
-        let emitters = self.lights.emitters.as_ref()?;
-        let (id, pmf, emission) = emitters.begin(self.world, stream)?;
+    /// Chooses a light, and draws the numbers of a ray: see [`LightTracer::guide`].
+    pub(super) fn choose(&self, stream: &mut SampleStream) -> Option<Chosen> {
+        self.lights.emitters.as_ref()?.choose(stream)
+    }
+
+    /// Finds where guides lead, before paths begin.
+    pub(super) fn guide<'c>(&self, chosen: impl IntoIterator<Item = &'c mut Chosen>) {
+        if let Some(emitters) = &self.lights.emitters {
+            emitters.guide(self.world, chosen);
+        }
+    }
+
+    fn choose_one(&self, stream: &mut SampleStream) -> Option<Chosen> {
+        let mut chosen = self.choose(stream)?;
+        self.guide([&mut chosen]);
+        Some(chosen)
+    }
+
+    /// Begins with the light and the ray that were chosen.
+    #[inline(always)]
+    pub(super) fn begin(
+        &self,
+        time: f32,
+        chosen: &Chosen,
+        (begun, walk): (&mut Begun, &mut Walk),
+    ) -> Option<()> {
+        let emission = self.lights.emitters.as_ref()?.emit(self.world, chosen)?;
+        let (id, pmf) = (chosen.id, chosen.pmf);
         let light = self.world.light(id);
         let from = ReferencePoint {
             p: emission.p,
@@ -108,20 +150,12 @@ impl<'a> LightTracer<'_, 'a> {
             true => media.at_infinity(),
             false => media.at_light(id, emission.n, emission.d),
         };
-        // What is known of the light's own vertex depends on the next one.
-        let onward = Onward {
-            before: 0.0,
-            rest: 0.0,
-        };
-        let mut walk = Walk::new(emission.ray(time), medium, from, spread, onward);
-        walk.throughput = emission.flux() / pmf;
-        let valid = !is_black(walk.throughput);
-        let begun = Begun {
-            light: id,
-            pmf,
-            emission,
-        };
-        valid.then_some((begun, walk))
+        let flux = emission.flux() / pmf;
+        walk.begin(&emission.ray(time), medium, (&from, spread), flux);
+        begun.light = id;
+        begun.pmf = pmf;
+        begun.emission = emission;
+        (!is_black(flux)).then_some(())
     }
 
     /// Extends a path by a vertex where it has come to, perhaps the surface that its ray hits; `None` where it ends.
@@ -130,13 +164,14 @@ impl<'a> LightTracer<'_, 'a> {
         begun: &Begun,
         (walk, (met, hit)): (&mut Walk, (Met, Option<&GeometryHit>)),
         stream: &mut SampleStream,
+        branches: &mut Branches,
         visit: &mut impl FnMut(LightVertex<'_, 'a>, &mut SampleStream),
     ) -> Option<()> {
         let world = self.world;
         if let (Met::Surface, Some(hit)) = (&met, hit)
             && let Some(boundary) = world.even_boundary(hit.material)
         {
-            return self.cross(begun, walk, (hit, boundary), stream);
+            return self.cross(begun, walk, (hit, boundary), stream, branches);
         }
         let mut bsdf = Bsdf::empty();
         let vertex = match (&met, hit) {
@@ -176,6 +211,7 @@ impl<'a> LightTracer<'_, 'a> {
         walk: &mut Walk,
         (hit, boundary): (&GeometryHit, &Boundary),
         stream: &mut SampleStream,
+        branches: &mut Branches,
     ) -> Option<()> {
         let surface = &hit.surface;
         let cosine = surface.n.dot(walk.ray.d).abs();
@@ -188,7 +224,17 @@ impl<'a> LightTracer<'_, 'a> {
             return None;
         }
         let how = (Carries::Importance, self.bdpt.connections);
-        walk.cross(self.world, (hit, boundary), how, &history, stream)
+        let at = (hit, boundary);
+        // Where it came straight from the light by boundaries alone.
+        if walk.depth >= BOTH_WAYS as u32 || !walk.after_delta {
+            return walk.cross(self.world, at, how, &history, stream);
+        }
+        let (first, other) = walk.cross_both_ways(self.world, at, how, &history, stream);
+        branches.extend(other);
+        first.or_else(|| {
+            *walk = branches.pop()?;
+            Some(())
+        })
     }
 
     /// Extends a path by a vertex on a flat triangle. Returns what the path is to know if it continues.

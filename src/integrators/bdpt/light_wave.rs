@@ -1,11 +1,12 @@
 //! Many light paths side by side, whose rays are traced together. Nothing that a path brings depends on the others.
 
 use super::flats::Flats;
-use super::light_path::{Begun, LightTracer, LightVertex};
+use super::light_path::{Begun, Branches, LightTracer, LightVertex};
 use super::vertex::Vertex;
 use super::walk::{Met, Walk};
 use crate::accel::ClosestHit;
 use crate::handles::LightId;
+use crate::integrators::emitters::Chosen;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2};
 use crate::samplers::SampleStream;
@@ -20,6 +21,8 @@ struct ActivePath {
     begun: Begun,
     walk: Walk,
     stream: SampleStream,
+    /// It has come to an end in this step, at least by this way.
+    has_ended: bool,
 }
 
 /// What is start of a path before it begins.
@@ -54,129 +57,201 @@ pub(super) fn trace_all<'a>(
     flats: &mut Flats,
     visitor: &mut impl Visitor<'a>,
 ) {
-    let mut active = ArrayVec::<ActivePath, WAVE>::new();
-    loop {
-        while !active.is_full()
-            && let Some((start, mut stream)) = paths.next()
-        {
-            match tracer.begin(start.time, &mut stream) {
-                Some((begun, walk)) if tracer.max_depth > 0 => active.push(ActivePath {
-                    start,
-                    begun,
-                    walk,
-                    stream,
-                }),
-                _ => visitor.end(&start, &stream),
+    let mut wave = Wave::new();
+    while wave.begin(tracer, &mut paths, visitor) {
+        wave.extend(tracer, flats, visitor);
+        wave.extend_from_flats(tracer, flats, visitor);
+        wave.end(tracer, visitor);
+    }
+}
+
+/// Paths being traced.
+struct Wave {
+    /// In their places. One that has ended stays until another takes its place.
+    paths: ArrayVec<ActivePath, WAVE>,
+    /// The ways that are left to each.
+    branches: [Branches; WAVE],
+    /// The places of those being traced.
+    active: ArrayVec<u8, WAVE>,
+    /// The places of others.
+    free: ArrayVec<u8, WAVE>,
+}
+
+impl Wave {
+    fn new() -> Wave {
+        Wave {
+            paths: ArrayVec::new(),
+            branches: [const { Branches::new_const() }; WAVE],
+            active: ArrayVec::new(),
+            free: ArrayVec::new(),
+        }
+    }
+
+    /// Begins as many paths as there is room for. Returns `false` if there are none any more.
+    fn begin<'a>(
+        &mut self,
+        tracer: &LightTracer<'_, 'a>,
+        paths: &mut impl Iterator<Item = (PathStart, SampleStream)>,
+        visitor: &mut impl Visitor<'a>,
+    ) -> bool {
+        let room = WAVE - self.active.len();
+        let mut chosen = ArrayVec::<(PathStart, SampleStream, Option<Chosen>), WAVE>::new();
+        for (start, mut stream) in paths.take(room) {
+            let light = tracer.choose(&mut stream);
+            chosen.push((start, stream, light));
+        }
+        tracer.guide(chosen.iter_mut().filter_map(|(_, _, light)| light.as_mut()));
+        let is_any = !self.active.is_empty() || !chosen.is_empty();
+        for (start, stream, light) in &chosen {
+            let place = self.place(start, stream);
+            let path = &mut self.paths[usize::from(place)];
+            let begun = light.as_ref().and_then(|light| {
+                let in_place = (&mut path.begun, &mut path.walk);
+                tracer.begin(start.time, light, in_place)
+            });
+            if begun.is_some() && tracer.max_depth > 0 {
+                path.start = *start;
+                path.stream = *stream;
+                path.has_ended = false;
+                self.active.push(place);
+            } else {
+                self.free.push(place);
+                visitor.end(start, stream);
             }
         }
-        if active.is_empty() {
-            return;
-        }
-        let mut has_ended = [false; WAVE];
-        extend(tracer, (&mut active, &mut has_ended), flats, visitor);
-        extend_from_flats(tracer, (&mut active, &mut has_ended), flats, visitor);
-        // From the last, so that others take the places of those that end.
-        for i in (0..active.len()).rev() {
+        is_any
+    }
+
+    /// A place for a path.
+    fn place(&mut self, start: &PathStart, stream: &SampleStream) -> u8 {
+        self.free.pop().unwrap_or_else(|| {
+            self.paths.push(ActivePath {
+                start: *start,
+                begun: Begun::default(),
+                walk: Walk::default(),
+                stream: *stream,
+                has_ended: false,
+            });
+            (self.paths.len() - 1) as u8
+        })
+    }
+
+    /// Extends paths by a vertex, and takes up those that come to flat triangles.
+    fn extend<'a>(
+        &mut self,
+        tracer: &LightTracer<'_, 'a>,
+        flats: &mut Flats,
+        visitor: &mut impl Visitor<'a>,
+    ) {
+        let world = tracer.world;
+        let ray = |&place: &u8| self.paths[usize::from(place)].walk.ray;
+        let rays: ArrayVec<Ray, WAVE> = self.active.iter().map(ray).collect();
+        let mut found = [None; WAVE];
+        world.closest(&rays, &mut found[..rays.len()]);
+        flats.clear();
+        for (&place, found) in self.active.iter().zip(found) {
             let ActivePath {
                 start,
+                begun,
+                walk,
+                stream,
+                has_ended,
+            } = &mut self.paths[usize::from(place)];
+            let t = found.as_ref().map(ClosestHit::t);
+            let Some(met) = walk.advance(world, t, stream) else {
+                *has_ended = true;
+                continue;
+            };
+            let found = found.filter(|_| matches!(met, Met::Surface));
+            let mut add = |found| flats.add(world, (place.into(), walk), found, Rgb::ONE);
+            if found.as_ref().is_some_and(&mut add) {
+                continue;
+            }
+            let hit = found.and_then(|found| world.surface(&walk.ray, &found));
+            let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
+                visitor.visit(start, begun.light, vertex, stream);
+            };
+            let at = (walk, (met, hit.as_ref()));
+            let branches = &mut self.branches[usize::from(place)];
+            let extended = tracer.extend(begun, at, stream, branches, &mut visit);
+            *has_ended = extended.is_none();
+        }
+    }
+
+    /// Extends the paths that have come to flat triangles.
+    fn extend_from_flats<'a>(
+        &mut self,
+        tracer: &LightTracer<'_, 'a>,
+        flats: &mut Flats,
+        visitor: &mut impl Visitor<'a>,
+    ) {
+        flats.resolve(tracer.world);
+        for i in 0..flats.count() {
+            let ActivePath {
+                begun,
                 walk,
                 stream,
                 ..
-            } = &active[i];
-            if has_ended[i] || walk.depth >= tracer.max_depth {
-                visitor.end(start, stream);
-                active.swap_remove(i);
-            }
+            } = &mut self.paths[flats.path(i)];
+            let history = tracer.meet_flat(begun, walk, &flats.vertex(i));
+            let u = match tracer.is_last(walk) {
+                true => Vec2::ZERO,
+                false => {
+                    // Reflection needs no third sample.
+                    stream.skip_1d();
+                    stream.next_2d()
+                }
+            };
+            flats.set_next(Some((history, u)));
+        }
+        flats.sample();
+        for i in 0..flats.count() {
+            let Some(&history) = flats.history(i) else {
+                continue;
+            };
+            let at = flats.vertex(i);
+            let ActivePath {
+                start,
+                begun,
+                walk,
+                stream,
+                has_ended,
+            } = &mut self.paths[flats.path(i)];
+            let found = LightVertex {
+                vertex: Vertex::Flat(&at),
+                throughput: walk.throughput,
+                history,
+                depth: walk.depth,
+            };
+            let next = flats.next(i).filter(|_| !tracer.is_last(walk));
+            let left =
+                next.and_then(|(next, _)| tracer.leave_flat(walk, &at, &next, &history, stream));
+            *has_ended = left.is_none();
+            visitor.visit(start, begun.light, found, stream);
         }
     }
-}
 
-/// Extends paths by a vertex, and takes up those that come to flat triangles.
-fn extend<'a>(
-    tracer: &LightTracer<'_, 'a>,
-    (active, has_ended): (&mut [ActivePath], &mut [bool; WAVE]),
-    flats: &mut Flats,
-    visitor: &mut impl Visitor<'a>,
-) {
-    let world = tracer.world;
-    let rays: ArrayVec<Ray, WAVE> = active.iter().map(|path| path.walk.ray).collect();
-    let mut found = [None; WAVE];
-    world.closest(&rays, &mut found[..rays.len()]);
-    flats.clear();
-    for (i, (path, found)) in active.iter_mut().zip(found).enumerate() {
-        let ActivePath {
-            start,
-            begun,
-            walk,
-            stream,
-        } = path;
-        let t = found.as_ref().map(ClosestHit::t);
-        let Some(met) = walk.advance(world, t, stream) else {
-            has_ended[i] = true;
-            continue;
-        };
-        let found = found.filter(|_| matches!(met, Met::Surface));
-        let mut add = |found| flats.add(world, (i as u32, walk), found, Rgb::ONE);
-        if found.as_ref().is_some_and(&mut add) {
-            continue;
-        }
-        let hit = found.and_then(|found| world.surface(&walk.ray, &found));
-        let mut visit = |vertex: LightVertex<'_, 'a>, stream: &mut SampleStream| {
-            visitor.visit(start, begun.light, vertex, stream);
-        };
-        let at = (walk, (met, hit.as_ref()));
-        let extended = tracer.extend(begun, at, stream, &mut visit);
-        has_ended[i] = extended.is_none();
-    }
-}
-
-/// Extends the paths that have come to flat triangles.
-fn extend_from_flats<'a>(
-    tracer: &LightTracer<'_, 'a>,
-    (active, has_ended): (&mut [ActivePath], &mut [bool; WAVE]),
-    flats: &mut Flats,
-    visitor: &mut impl Visitor<'a>,
-) {
-    flats.resolve(tracer.world);
-    for i in 0..flats.count() {
-        let ActivePath {
-            begun,
-            walk,
-            stream,
-            ..
-        } = &mut active[flats.path(i)];
-        let history = tracer.meet_flat(begun, walk, &flats.vertex(i));
-        let u = match tracer.is_last(walk) {
-            true => Vec2::ZERO,
-            false => {
-                // Reflection needs no third sample.
-                stream.skip_1d();
-                stream.next_2d()
+    /// Lets paths that have come to an end take the ways that are left to them, and ends those that have none.
+    fn end<'a>(&mut self, tracer: &LightTracer<'_, 'a>, visitor: &mut impl Visitor<'a>) {
+        let Wave {
+            paths,
+            branches,
+            active,
+            free,
+        } = self;
+        active.retain(|&mut place| {
+            let path = &mut paths[usize::from(place)];
+            if !path.has_ended && path.walk.depth < tracer.max_depth {
+                return true;
             }
-        };
-        flats.set_next(Some((history, u)));
-    }
-    flats.sample();
-    for i in 0..flats.count() {
-        let Some(&history) = flats.history(i) else {
-            continue;
-        };
-        let (path, at) = (flats.path(i), flats.vertex(i));
-        let ActivePath {
-            start,
-            begun,
-            walk,
-            stream,
-        } = &mut active[path];
-        let found = LightVertex {
-            vertex: Vertex::Flat(&at),
-            throughput: walk.throughput,
-            history,
-            depth: walk.depth,
-        };
-        let next = flats.next(i).filter(|_| !tracer.is_last(walk));
-        let left = next.and_then(|(next, _)| tracer.leave_flat(walk, &at, &next, &history, stream));
-        has_ended[path] = left.is_none();
-        visitor.visit(start, begun.light, found, stream);
+            path.has_ended = false;
+            if let Some(walk) = branches[usize::from(place)].pop() {
+                path.walk = walk;
+                return true;
+            }
+            visitor.end(&path.start, &path.stream);
+            free.push(place);
+            false
+        });
     }
 }

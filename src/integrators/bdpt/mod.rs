@@ -123,7 +123,8 @@ impl Bdpt {
                 light_paths.push(0, light, &vertex);
             });
         }
-        let mut trail = Trail::new(&context);
+        let mut trail = Trail::default();
+        trail.begin(&context);
         let mut path = CameraPath {
             bdpt: self,
             differentials: context.differentials,
@@ -132,7 +133,7 @@ impl Bdpt {
             light_path: light_paths.path(0),
             waiting: None,
         };
-        while path.extend().is_some() {}
+        while path.extend().or_else(|| path.trail.turn_back()).is_some() {}
         let parts = [trail.radiance, trail.joined];
         light_paths.give_back(&mut context.workspace.vertices);
         parts

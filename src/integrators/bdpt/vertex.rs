@@ -94,7 +94,7 @@ impl Vertex<'_, '_> {
                 (value != Rgb::ZERO).then(|| Scattered {
                     value,
                     forward,
-                    reverse: bsdf.f_and_pdf(wi, wo).1,
+                    reverse: bsdf.pdf(wi, wo),
                 })
             }
             Vertex::Flat(at) => {
@@ -120,7 +120,7 @@ impl Vertex<'_, '_> {
                 let value = f * importance_cosine(normals(hit, bsdf), wo, wi);
                 (value != Rgb::ZERO).then(|| Scattered {
                     value,
-                    forward: bsdf.f_and_pdf(wo, wi).1,
+                    forward: bsdf.pdf(wo, wi),
                     reverse,
                 })
             }

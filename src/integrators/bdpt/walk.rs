@@ -3,13 +3,12 @@
 use super::vertex::{FlatVertex, importance_cosine, normals};
 use super::weights::{History, Onward};
 use crate::accel::GeometryHit;
-use crate::bsdf::{Boundary, Bsdf, BsdfSample};
+use crate::bsdf::{Boundary, Bsdf, BsdfSample, Way};
 use crate::handles::MediumId;
 use crate::integrators::MAX_NULL_SURFACES;
 use crate::integrators::vertex::{MediumVertex, Vertex as _};
 use crate::integrators::vertices::Next;
 use crate::math::color::is_black;
-use crate::math::frame::Frame;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::samplers::SampleStream;
@@ -23,7 +22,7 @@ const MIN_BOUNCES: u32 = 3;
 const MIN_TERMINATION: f32 = 0.05;
 
 /// How the density of the next vertex follows from what was sampled at the last one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) enum Spread {
     /// A direction from a point, with this density per solid angle; the cosine there turns densities of the other side into
     /// those per area.
@@ -32,11 +31,12 @@ pub(super) enum Spread {
     /// of the light itself are per solid angle.
     Beam { pdf: f32 },
     /// The camera's, whose densities are in [`Onward::before`]: those of the lens over those of the film's samples.
+    #[default]
     Camera,
 }
 
 /// A subpath on its way to the next vertex.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Walk {
     /// To the next vertex.
     pub ray: Ray,
@@ -69,26 +69,25 @@ pub(super) enum Met {
 }
 
 impl Walk {
-    /// From a first vertex.
-    pub(super) fn new(
-        ray: Ray,
+    /// Begins at a vertex; what is known of that depends on the next. In place: a copy would wait for all that was just written.
+    #[inline(always)]
+    pub(super) fn begin(
+        &mut self,
+        ray: &Ray,
         medium: Option<MediumId>,
-        from: ReferencePoint,
-        spread: Spread,
-        onward: Onward,
-    ) -> Walk {
-        Walk {
-            ray,
-            medium,
-            throughput: Rgb::ONE,
-            from,
-            spread,
-            onward,
-            after_delta: true,
-            depth: 0,
-            roulette: Rgb::ONE,
-            null_surfaces: 0,
-        }
+        (from, spread): (&ReferencePoint, Spread),
+        throughput: Rgb,
+    ) {
+        self.ray = *ray;
+        self.medium = medium;
+        self.throughput = throughput;
+        self.from = *from;
+        self.spread = spread;
+        self.onward = Onward::default();
+        self.after_delta = true;
+        self.depth = 0;
+        self.roulette = Rgb::ONE;
+        self.null_surfaces = 0;
     }
 
     /// To the next surface, if the ray hits one, at distance `t`, or to what scatters before it. `None` where the throughput becomes black, or
@@ -209,27 +208,75 @@ impl Walk {
         history: &History,
         stream: &mut SampleStream,
     ) -> Option<()> {
-        let surface = &hit.surface;
-        let shading = &surface.shading;
-        let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+        let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
         stream.skip_1d();
-        let (wo, u) = (surface.wo, stream.next_2d());
-        let sample = boundary.sample(&frame, carries.evenness(), wo, u)?;
-        let turn = Turn::of(
-            sample,
-            ((surface.n, frame.n), wo),
-            carries,
-            (Rgb::ZERO, 1.0),
-        )?;
-        self.throughput *= turn.factor;
-        self.medium = world.medium_beyond(hit, turn.sample.wi, self.medium);
+        let way = ways.choose(carries.evenness(), stream.next_2d().x)?;
+        let judged = self.follow(world, hit, way, carries, (history, connections))?;
+        self.russian_roulette(judged, stream)
+    }
+
+    /// Does what [`Walk::cross`] does, but takes both ways of glass: the brighter one, and with a chance that is the root of the ratio of their
+    /// fluxes the fainter one, which is returned. So what is lit by the brighter way depends on where the subpath came from alone.
+    pub(super) fn cross_both_ways(
+        &mut self,
+        world: &World,
+        (hit, boundary): (&GeometryHit, &Boundary),
+        (carries, connections): (Carries, f32),
+        history: &History,
+        stream: &mut SampleStream,
+    ) -> (Option<()>, Option<Walk>) {
+        let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
+        stream.skip_1d();
+        let u = stream.next_2d().x;
+        let mut follow = |walk: &mut Walk, way| {
+            let judged = walk.follow(world, hit, way, carries, (history, connections))?;
+            walk.russian_roulette(judged, stream)
+        };
+        let Some([brighter, fainter]) = ways.both() else {
+            let only = ways.choose(carries.evenness(), u);
+            return (only.and_then(|way| follow(self, way)), None);
+        };
+        let chance = (fainter.flux() / brighter.flux()).sqrt();
+        let mut other = (u < chance).then_some(*self);
+        let first = follow(self, (brighter, 1.0));
+        let second = other
+            .as_mut()
+            .and_then(|walk| follow(walk, (fainter, chance)));
+        (first, other.filter(|_| second.is_some()))
+    }
+
+    /// The subpath follows a way that was chosen with this probability. Returns the factor that roulette judges by.
+    #[inline(always)]
+    fn follow(
+        &mut self,
+        world: &World,
+        hit: &GeometryHit,
+        (way, chance): (Way, f32),
+        carries: Carries,
+        (history, connections): (&History, f32),
+    ) -> Option<Rgb> {
+        let (surface, wi) = (&hit.surface, way.wi);
+        let judged = way.share / chance;
+        let factor = match carries {
+            // Refraction scales radiance, not importance.
+            Carries::Radiance => judged / (way.eta * way.eta),
+            Carries::Importance => {
+                judged * importance_correction((surface.n, surface.shading.n), surface.wo, wi)
+            }
+        };
+        // A factor that is not finite is passed on, so that what comes of it is counted.
+        if is_black(factor) || !wi.is_finite() {
+            return None;
+        }
+        self.throughput *= factor;
+        self.medium = world.medium_beyond(hit, wi, self.medium);
         self.from = boundary_receiver(surface);
-        self.ray = surface.spawn_ray(turn.sample.wi);
-        let cosine = surface.n.dot(turn.sample.wi).abs();
+        self.ray = surface.spawn_ray(wi);
+        let cosine = surface.n.dot(wi).abs();
         self.spread = Spread::FromPoint { pdf: 1.0, cosine };
         self.onward = history.onward(true, 1.0, connections);
         self.after_delta = true;
-        self.russian_roulette(turn.judged, stream)
+        Some(judged)
     }
 
     /// The subpath continues from a flat triangle.
@@ -320,9 +367,10 @@ impl Turn {
         let wo = hit.surface.wo;
         let third = stream.next_1d_if(bsdf.needs_third());
         let sample = bsdf.sample(wo, third, stream.next_2d())?;
-        let back = match sample.specular {
-            false => bsdf.f_and_pdf(sample.wi, wo),
-            true => (Rgb::ZERO, 1.0),
+        let back = match carries {
+            _ if sample.specular => (Rgb::ZERO, 1.0),
+            Carries::Radiance => (Rgb::ZERO, bsdf.pdf(sample.wi, wo)),
+            Carries::Importance => bsdf.f_and_pdf(sample.wi, wo),
         };
         Turn::of(sample, (normals(hit, bsdf), wo), carries, back)
     }
@@ -370,11 +418,12 @@ impl Turn {
 
 /// [`importance_cosine`] over the shading normal's cosine to `wi`.
 fn importance_correction(normals: (Vec3, Vec3), wo: Vec3, wi: Vec3) -> f32 {
-    let shading = normals.1.dot(wi).abs();
-    if shading == 0.0 {
+    let (n, shading) = normals;
+    let (seen, from) = (n.dot(wo).abs(), shading.dot(wi).abs());
+    if seen == 0.0 || from == 0.0 {
         return 0.0;
     }
-    importance_cosine(normals, wo, wi) / shading
+    shading.dot(wo).abs() * n.dot(wi).abs() / (seen * from)
 }
 
 /// How a surface scatters that a subpath meets; `None` if it has no material.

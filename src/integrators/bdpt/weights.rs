@@ -44,7 +44,7 @@ pub(super) struct History {
 }
 
 /// What is known before x_{i+1} is found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Onward {
     /// o_{i+1}, if x_{i+1} does not scatter by a delta.
     pub before: f64,

@@ -3,7 +3,7 @@
 use super::PathState;
 use super::emission::MisState;
 use crate::accel::GeometryHit;
-use crate::bsdf::{Boundary, Bsdf, BsdfSample};
+use crate::bsdf::{Boundary, Bsdf, BsdfSample, Way};
 use crate::integrators::subsurface::find_exit;
 use crate::math::Vec3;
 use crate::math::color::is_black;
@@ -44,28 +44,63 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             return None;
         }
         if sample.transmission {
-            self.refract(hit, &sample);
+            self.refract(sample.eta);
         }
         self.trail.mis = MisState::Delta;
-        self.go_along(hit, &sample);
+        self.go_along(hit, sample.wi);
         Some(())
     }
 
-    /// Notes by how much refraction scales radiance.
-    #[inline(always)]
-    fn refract(&mut self, hit: &GeometryHit, sample: &BsdfSample) {
-        let entering = hit.surface.wo.dot(hit.surface.n) > 0.0;
-        let eta2 = sample.eta * sample.eta;
-        self.trail.eta_scale *= if entering { eta2 } else { 1.0 / eta2 };
+    /// Continues from the first boundary, of glass, both ways: the brighter one, and with a chance that is the root of the ratio of their
+    /// fluxes the fainter one, which is taken when the other has ended. A choice by flux makes what is faint as noisy as it is
+    /// faint (docs/notes/light-paths.md, "Smooth boundaries").
+    pub(super) fn cross_both_ways(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
+        let stream = &mut *self.context.stream;
+        // As in `cross`.
+        stream.skip_1d();
+        stream.skip_2d();
+        stream.skip_1d();
+        let u = stream.next_2d().x;
+        let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
+        let Some([brighter, fainter]) = ways.both() else {
+            return self.follow(hit, ways.choose(0.0, u)?);
+        };
+        let chance = (fainter.flux() / brighter.flux()).sqrt();
+        if u < chance {
+            let before = self.trail;
+            let goes_on = self.follow(hit, (fainter, chance));
+            let trail = std::mem::replace(&mut self.trail, before);
+            self.branch = goes_on.map(|()| trail);
+        }
+        self.follow(hit, (brighter, 1.0))
     }
 
-    /// The ray in the direction of `sample`, and the medium around it.
+    /// Follows a way that was chosen with this probability.
+    fn follow(&mut self, hit: &GeometryHit, (way, chance): (Way, f32)) -> Option<()> {
+        self.trail.throughput *= way.share / (chance * way.eta * way.eta);
+        if is_black(self.trail.throughput) || !self.trail.throughput.is_finite() {
+            return None;
+        }
+        self.refract(way.eta);
+        self.trail.mis = MisState::Delta;
+        self.go_along(hit, way.wi);
+        self.russian_roulette()
+    }
+
+    /// Notes a change of the refractive index by this factor, for Russian roulette.
     #[inline(always)]
-    fn go_along(&mut self, hit: &GeometryHit, sample: &BsdfSample) {
-        self.trail.ray = hit.surface.spawn_ray(sample.wi);
+    fn refract(&mut self, eta: f32) {
+        let eta2 = eta * eta;
+        self.trail.eta_scale *= eta2.max(1.0 / eta2);
+    }
+
+    /// The ray in direction `wi`, and the medium around it.
+    #[inline(always)]
+    fn go_along(&mut self, hit: &GeometryHit, wi: Vec3) {
+        self.trail.ray = hit.surface.spawn_ray(wi);
         if MEDIA {
             let world = self.context.world;
-            self.trail.medium = world.medium_beyond(hit, sample.wi, self.trail.medium);
+            self.trail.medium = world.medium_beyond(hit, wi, self.trail.medium);
         }
     }
 
@@ -80,7 +115,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     ) -> Option<()> {
         let surface = &hit.surface;
         if sample.specular {
-            self.refract(hit, sample);
+            self.refract(sample.eta);
         }
         let (world, stream) = (self.context.world, &mut *self.context.stream);
         let (scattered, choice) = ((bsdf, sample), || stream.next_1d());
@@ -118,7 +153,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         } else {
             self.mis_after(hit, bsdf, sample)
         };
-        self.go_along(hit, sample);
+        self.go_along(hit, sample.wi);
         Some(())
     }
 }

@@ -102,9 +102,10 @@ impl Path {
             reports: WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports()),
             differentials: context.differentials,
             trail: Trail::new(context.ray, medium, self.max_depth, context.world),
+            branch: None,
             context,
         };
-        while state.extend().is_some() {}
+        while state.extend().or_else(|| state.turn_back()).is_some() {}
         state.trail.radiance
     }
 }
@@ -148,7 +149,9 @@ struct Trail {
     throughput: Rgb,
     /// Collected so far.
     radiance: Rgb,
-    /// Undoes the scaling of radiance by refraction where Russian roulette judges the throughput.
+    /// What Russian roulette multiplies the throughput by: n² for every refraction. Where a path enters glass, that undoes the scaling of
+    /// radiance; where it leaves, it spares what is seen through glass, lamps among it. Undoing the scaling alone took the same time
+    /// in `glass` of benches/peer, and had 1.11 times the squared relative error.
     eta_scale: f32,
     /// Scattering events so far.
     depth: u32,
@@ -180,6 +183,16 @@ impl Trail {
     }
 }
 
+impl Trail {
+    /// Takes another way, with the light that was collected by this one.
+    fn turn_to(&mut self, branch: Trail) {
+        *self = Trail {
+            radiance: self.radiance,
+            ..branch
+        };
+    }
+}
+
 /// A path being traced. Its methods return `None` where it ends.
 struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     path: &'a Path,
@@ -189,6 +202,8 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     /// Every step is reported.
     reports: bool,
     trail: Trail,
+    /// The way that the path takes when it has come to the end of the other.
+    branch: Option<Trail>,
 }
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -212,6 +227,13 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     fn extend(&mut self) -> Option<()> {
         let hit = self.context.world.intersect(&self.trail.ray);
         self.arrive_at(hit.as_ref(), |path, hit, bsdf| path.scatter(hit, bsdf))
+    }
+
+    /// Takes the way that is left, if there is one.
+    fn turn_back(&mut self) -> Option<()> {
+        let branch = self.branch.take()?;
+        self.trail.turn_to(branch);
+        Some(())
     }
 
     /// Where the ray has led; at a surface that scatters, `scatter` continues.
@@ -251,10 +273,17 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if self.trail.depth >= self.trail.max_depth {
             return None;
         }
-        if !WATCHED && let Some(boundary) = world.even_boundary(hit.material) {
-            self.differentials = None;
-            self.cross(hit, boundary)?;
-            return self.russian_roulette();
+        if let Some(boundary) = world.even_boundary(hit.material) {
+            if self.trail.depth == 0 && boundary.is_glass() {
+                self.look_beyond(Some(hit));
+                self.differentials = None;
+                return self.cross_both_ways(hit, boundary);
+            }
+            if !WATCHED {
+                self.differentials = None;
+                self.cross(hit, boundary)?;
+                return self.russian_roulette();
+            }
         }
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, &hit.surface, self.differentials, &mut bsdf);
@@ -300,7 +329,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         }
     }
 
-    /// Looks at what is behind the point where the path scatters in a medium, for layers. Its numbers are those that follow, so that
+    /// Looks at what is behind the point where the path scatters in a medium, or goes both ways, for layers. Its numbers are those that follow, so that
     /// they do not depend on whether it scatters.
     fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
         let (world, numbers) = (self.context.world, *self.context.stream);

@@ -44,6 +44,8 @@ pub(in super::super) struct Wave {
 struct Paths {
     /// By path.
     trails: Vec<Trail>,
+    /// The ways that are left to paths.
+    branches: ArrayVec<(u32, Trail), WAVE>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
@@ -69,6 +71,7 @@ impl Wave {
         Wave {
             paths: Paths {
                 trails: Vec::with_capacity(WAVE),
+                branches: ArrayVec::new(),
                 walking: ArrayVec::new(),
                 shadows: Shadows::default(),
             },
@@ -122,6 +125,9 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             self.extend(wave, is_first);
             is_first = false;
             is_watched = self.see(wave);
+            if wave.paths.walking.is_empty() {
+                wave.paths.turn_back();
+            }
         }
     }
 
@@ -306,6 +312,8 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             state.scatter(hit, bsdf)
         });
         wave.paths.trails[path as usize] = state.trail;
+        let branch = state.branch.map(|branch| (path, branch));
+        wave.paths.branches.extend(branch);
         if goes_on.is_some() {
             wave.paths.walking.push(path);
         }
@@ -359,7 +367,18 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             differentials: context.differentials.filter(|_| is_first),
             reports: false,
             trail,
+            branch: None,
             context,
+        }
+    }
+}
+
+impl Paths {
+    /// Where all have ended, those to which a way is left take it.
+    fn turn_back(&mut self) {
+        for (path, branch) in self.branches.drain(..) {
+            self.trails[path as usize].turn_to(branch);
+            self.walking.push(path);
         }
     }
 }

@@ -18,7 +18,9 @@ mod extremes;
 
 use super::*;
 use crate::handles::LightId;
-use crate::lights::{EmissionGuide, EmitterChoice, Light, PointLight, PointSpec, place_of_ray};
+use crate::lights::{
+    EmissionGuide, EmitterChoice, Light, PointLight, PointSpec, RayNumbers, place_of_ray,
+};
 use crate::math::DVec3;
 use crate::math::adaptive_density::{AdaptiveDensity, Found};
 use crate::math::hash::{mix2, unit_float};

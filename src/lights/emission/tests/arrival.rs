@@ -140,25 +140,27 @@ fn guides_change_the_noise_alone() {
         };
         guides += 1;
         let mut means: Vec<[Mean; 2]> = targets.iter().map(|_| Default::default()).collect();
+        let mut elsewhere = 0;
         for i in 0..8_000 {
             let (u, v) = (random(i, 32), random(i, 33));
-            let guided = guide.emit(light, &SCENE, u, v);
+            let numbers = RayNumbers {
+                position: u,
+                direction: v,
+            };
+            let sampled = guide
+                .guided(light, numbers)
+                .map(|(density, u)| density.sample(u));
+            let guided = guide.emit(light, &SCENE, numbers, sampled);
             if let Some(e) = &guided {
                 // Farther along the ray, where the first surface may be.
                 let p = e.p + 3.0 * e.d;
                 let alone = light.emission_density(&SCENE, e.n, e.d);
                 let again = guide.mixed(light, &SCENE, alone, p, e.d);
-                // As in `rays_carry_their_density`; but for rays at the border of two cells.
+                // As in `rays_carry_their_density`; but for rays at the border of two cells, which by rounding come to the other.
                 let same = |a: f32, b: f32| (a / b - 1.0).abs() < 1e-3;
                 let agree = same(again.position, e.density.position)
                     && same(again.direction, e.density.direction);
-                check!(
-                    failed,
-                    agree || i % 50 == 0,
-                    "{} {i}: {again:?} {:?}",
-                    case.name,
-                    e.density
-                );
+                elsewhere += usize::from(!agree);
             }
             let alone = light.emit(&SCENE, u, v);
             let visible = |e: &Emission| !(case.hides_its_back && e.n.dot(e.d) < 0.0);
@@ -169,6 +171,13 @@ fn guides_change_the_noise_alone() {
                 }
             }
         }
+        // 512 borders of cells at most, each as wide as a few roundings of 2⁻²⁴: one ray in 8,000.
+        check!(
+            failed,
+            elsewhere <= 8,
+            "{}: {elsewhere} of 8,000",
+            case.name
+        );
         for (k, [alone, guided]) in means.iter().enumerate() {
             let error = alone.error().hypot(guided.error());
             let off = (alone.value() - guided.value()).abs();
