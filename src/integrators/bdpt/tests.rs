@@ -1,5 +1,7 @@
+use super::light_path::LightTracer;
 use crate::integrators::context::WAVE;
 use crate::integrators::testing::{OUTDOORS, ROOM_WITH_LAMPS, bits, in_waves, job, one_by_one};
+use crate::integrators::{Integrator, IntegratorSpec};
 use crate::integrators::{Splat, Workspace};
 use crate::math::color::is_black;
 use crate::render::RenderJob;
@@ -104,5 +106,64 @@ fn a_light_path_brings_the_same_beside_others_as_by_itself() {
         let alone = (0..1000).map(|path| splats(&job, path..path + 1, &mut workspace));
         assert!(together.len() > 100, "{}", together.len());
         assert_eq!(texts(together), texts(alone.flatten()));
+    }
+}
+
+/// A lamp above panes of glass, and below them a floor that the camera sees from below them.
+fn panes(count: usize) -> String {
+    let begin = r#"
+        LookAt 0 1 -3  0 0 0  0 1 0
+        Camera "perspective" "float fov" 90
+        Film "image" "integer xresolution" 16 "integer yresolution" 16
+        Sampler "sobol" "integer pixelsamples" 16
+        Integrator "bdpt" "integer maxdepth" 8
+        WorldBegin
+        LightSource "spot" "point from" [ 0 6 0 ] "point to" [ 0.5 0 0 ] "float coneangle" 8
+        Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -9 0 -9  9 0 -9  9 0 9  -9 0 9 ]
+        Material "glass""#;
+    let pane = |i: usize| {
+        let y = 2 + i;
+        format!(
+            r#" Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -9 {y} -9  9 {y} -9  9 {y} 9  -9 {y} 9 ]"#
+        )
+    };
+    format!(
+        "{begin}{} WorldEnd",
+        (0..count).map(pane).collect::<String>()
+    )
+}
+
+#[test]
+fn what_glass_lets_through_is_no_matter_of_chance() {
+    for count in [1, 3] {
+        let job = joined(&panes(count), 0.0);
+        let IntegratorSpec::Bdpt(bdpt) = &job.integrator.spec else {
+            panic!("bdpt");
+        };
+        // Without a guide, which leads past the narrow cone, too.
+        let integrator = Integrator::new(&job.integrator.spec, &job.world);
+        let tracer = LightTracer {
+            bdpt,
+            world: &job.world,
+            lights: &integrator.lights,
+            max_depth: 8,
+        };
+        let (mut through, mut others) = (0, 0);
+        for path in 0..1000 {
+            let mut first = None;
+            tracer.trace(
+                0.0,
+                &mut job.sampler.light_stream(path),
+                |_, vertex, _| match first {
+                    None => first = Some(vertex.depth),
+                    Some(_) => others += 1,
+                },
+            );
+            // Straight through all panes, which is taken first.
+            through += usize::from(first == Some(count as u32));
+        }
+        assert_eq!(through, 1000, "{count} panes");
+        // What is reflected comes back from a second pane.
+        assert!(count == 1 || others > 100, "{others}");
     }
 }
