@@ -40,7 +40,7 @@ impl Way {
     }
 
     /// Of the channel that has the most.
-    pub(crate) fn flux(&self) -> f32 {
+    fn flux(&self) -> f32 {
         self.share.max_element()
     }
 }
@@ -60,13 +60,16 @@ impl Ways {
         }
     }
 
-    /// The brighter way, then the fainter one, if there are two.
-    pub(crate) fn both(&self) -> Option<[Way; 2]> {
+    /// The brighter way, which is always taken where paths go both ways, and the fainter one with the chance with which it is, if there are two: the
+    /// root of the ratio of their fluxes.
+    pub(crate) fn both(&self) -> Option<(Way, (Way, f32))> {
         let (reflected, refracted) = (self.reflected?, self.refracted?);
-        Some(match reflected.flux() > refracted.flux() {
-            true => [reflected, refracted],
-            false => [refracted, reflected],
-        })
+        let (brighter, fainter) = match reflected.flux() > refracted.flux() {
+            true => (reflected, refracted),
+            false => (refracted, reflected),
+        };
+        let chance = (fainter.flux() / brighter.flux()).sqrt();
+        Some((brighter, (fainter, chance)))
     }
 }
 
@@ -204,13 +207,13 @@ mod tests {
             };
             (clear.reflectance, clear.transmittance) = (Rgb::ONE, Rgb::ONE);
             let ways = Boundary::Glass(clear).ways(n, wo);
-            let Some([brighter, fainter]) = ways.both() else {
+            let Some((brighter, (fainter, chance))) = ways.both() else {
                 // Total reflection.
                 let (way, chance) = ways.choose(1.0, number(i, 4)).unwrap();
                 assert_eq!((way.share, chance, way.eta), (Rgb::ONE, 1.0, 1.0));
                 continue;
             };
-            assert!(brighter.flux() >= fainter.flux());
+            assert!(brighter.flux() >= fainter.flux() && chance <= 1.0);
             assert!((brighter.flux() + fainter.flux() - 1.0).abs() < 1e-6);
         }
         let mirror = SpecularReflection {

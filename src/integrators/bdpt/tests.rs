@@ -163,7 +163,7 @@ fn what_glass_lets_through_is_no_matter_of_chance() {
             through += usize::from(first == Some(count as u32));
         }
         assert_eq!(through, 1000, "{count} panes");
-        // What is reflected comes back from a second pane.
-        assert!(count == 1 || others > 100, "{others}");
+        // What is reflected comes back from a second pane: of two in a row, each with a chance of 0.2.
+        assert!(count == 1 || others > 10, "{others}");
     }
 }

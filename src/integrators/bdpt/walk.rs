@@ -215,8 +215,8 @@ impl Walk {
         self.russian_roulette(judged, stream)
     }
 
-    /// Does what [`Walk::cross`] does, but takes both ways of glass: the brighter one, and with a chance that is the root of the ratio of their
-    /// fluxes the fainter one, which is returned. So what is lit by the brighter way depends on where the subpath came from alone.
+    /// Does what [`Walk::cross`] does, but takes both ways of glass (`Ways::both`); the fainter one is returned. So what is lit by the
+    /// brighter way depends on where the subpath came from alone.
     pub(super) fn cross_both_ways(
         &mut self,
         world: &World,
@@ -232,11 +232,10 @@ impl Walk {
             let judged = walk.follow(world, hit, way, carries, (history, connections))?;
             walk.russian_roulette(judged, stream)
         };
-        let Some([brighter, fainter]) = ways.both() else {
+        let Some((brighter, (fainter, chance))) = ways.both() else {
             let only = ways.choose(carries.evenness(), u);
             return (only.and_then(|way| follow(self, way)), None);
         };
-        let chance = (fainter.flux() / brighter.flux()).sqrt();
         let mut other = (u < chance).then_some(*self);
         let first = follow(self, (brighter, 1.0));
         let second = other

@@ -51,9 +51,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         Some(())
     }
 
-    /// Continues from the first boundary, of glass, both ways: the brighter one, and with a chance that is the root of the ratio of their
-    /// fluxes the fainter one, which is taken when the other has ended. A choice by flux makes what is faint as noisy as it is
-    /// faint (docs/notes/light-paths.md, "Smooth boundaries").
+    /// Continues from the first boundary, of glass, both ways (`Ways::both`); the fainter one is taken when the other has ended. A
+    /// choice by flux makes what is faint as noisy as it is faint (docs/notes/light-paths.md, "Smooth boundaries").
     pub(super) fn cross_both_ways(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
         let stream = &mut *self.context.stream;
         // As in `cross`.
@@ -62,10 +61,9 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         stream.skip_1d();
         let u = stream.next_2d().x;
         let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
-        let Some([brighter, fainter]) = ways.both() else {
+        let Some((brighter, (fainter, chance))) = ways.both() else {
             return self.follow(hit, ways.choose(0.0, u)?);
         };
-        let chance = (fainter.flux() / brighter.flux()).sqrt();
         if u < chance {
             let before = self.trail;
             let goes_on = self.follow(hit, (fainter, chance));
