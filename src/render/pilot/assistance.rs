@@ -16,12 +16,12 @@ const SHARES: [f32; 4] = [0.25, 0.5, 1.0, 2.0];
 /// With fewer of them nothing would be learned, and with more no more.
 const PATHS: [u64; 2] = [1 << 10, 1 << 14];
 
-/// By so much samples must be better with light paths than without.
-const LEAST_GAIN: f64 = 1.5;
+/// Light paths are kept if they divide noise × time by at least this.
+const MIN_GAIN: f64 = 1.5;
 
-/// Part of the noise of helped samples that rare ones must have where none is helped, for more to be learned. As the first look tells
-/// it: of a lamp through a ball of glass a hundredth of what more light paths tell.
-const LEAST_RARE: f64 = 0.03;
+/// More is learned if the noise of rare samples of a path tracer alone is at least this part of the noise of helped samples, by the
+/// first look. That finds little of it: with a lamp over a ball of glass a 30th to a 150th of what the second look finds.
+const MIN_RARE: f64 = 0.03;
 
 impl RenderJob {
     /// Returns `true` if paths from the lights may help a path tracer, and the image is large enough for it to be found out.
@@ -62,7 +62,7 @@ impl RenderJob {
         let least = noise_of_camera(&helped, 0.0, told.worth) * COST_OF_CAMERA;
         let rare = told.rare_alone(RARE) * COST_OF_PATH;
         self.integrator.leave_alone(before);
-        if rare < LEAST_RARE * least {
+        if rare < MIN_RARE * least {
             return;
         }
         let noise = noise_of_camera(&self.look(&pilot), 0.0, told.worth);
@@ -70,7 +70,7 @@ impl RenderJob {
         pilot.blocks = Blocks::new(self.lit(), blocks_of_side(self.sampler.spp()));
         let helped = self.look(&pilot);
         let effort = self.guide_light_paths(&pilot, (&helped, 0.0), &SHARES);
-        if (noise + effort.rare_alone) * COST_OF_PATH < LEAST_GAIN * effort.least {
+        if (noise + effort.rare_alone) * COST_OF_PATH < MIN_GAIN * effort.least {
             self.integrator.leave_alone(before);
         }
     }

@@ -171,10 +171,11 @@ fn guides_change_the_noise_alone() {
                 }
             }
         }
-        // 512 borders of cells at most, each as wide as a few roundings of 2⁻²⁴: one ray in 8,000.
+        // 512 borders of cells at most, each as wide as a few roundings of 2⁻²⁴: about one ray of 8,000. More than four of them, by chance, are
+        // found in one of 300 such tests.
         check!(
             failed,
-            elsewhere <= 8,
+            elsewhere <= 4,
             "{}: {elsewhere} of 8,000",
             case.name
         );
