@@ -81,6 +81,15 @@ pub struct Flight {
     pub weight: Rgb,
 }
 
+/// Both ways of a ray through a medium, one of which a [`Flight`] chooses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BothWays {
+    /// A distance at which light is scattered, and the factor of the throughput there: value over density.
+    pub scattered: (f32, Rgb),
+    /// Factor of the throughput where it is not.
+    pub passed: Rgb,
+}
+
 impl Flight {
     /// Transmitted without attenuation.
     pub const UNDISTURBED: Flight = Flight {
@@ -120,6 +129,20 @@ impl Medium {
                 let (flight, volume) = m.sample(ray, t_max, throughput, stream);
                 (flight, m.phase(volume).copied().unwrap_or_default())
             }
+        }
+    }
+
+    /// Both ways of a ray before the distance `t_max`, where it ends, and the phase function where it scatters. `None` for media that vary, whose
+    /// transmittance is not known, and where nothing of it scatters.
+    pub fn both_ways(
+        &self,
+        t_max: f32,
+        throughput: Rgb,
+        stream: &mut SampleStream,
+    ) -> Option<(BothWays, HenyeyGreenstein)> {
+        match self {
+            Medium::Homogeneous(m) => Some((m.both_ways(t_max, throughput, stream)?, m.phase)),
+            Medium::Heterogeneous(_) | Medium::Volumes(_) => None,
         }
     }
 

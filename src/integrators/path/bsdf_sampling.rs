@@ -1,6 +1,6 @@
 //! BSDF sampling: where a path continues at a surface, or below it.
 
-use super::PathState;
+use super::{BOTH_WAYS, PathState};
 use super::emission::MisState;
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, Way};
@@ -51,7 +51,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         Some(())
     }
 
-    /// Continues from the first boundary, of glass, both ways (`Ways::both`); the fainter one is taken when the other has ended. A
+    /// Returns `true` if the path has come to one of the first boundaries, straight from the camera, and has room for another way.
+    #[inline(always)]
+    pub(super) fn takes_both_ways(&self) -> bool {
+        let is_early = self.trail.specular_only && self.trail.depth < BOTH_WAYS;
+        is_early && !self.branches.is_full()
+    }
+
+    /// Continues from a boundary of glass both ways (`Ways::both`); the fainter one is taken when the other has ended. A
     /// choice by flux makes what is faint as noisy as it is faint (docs/notes/light-paths.md, "Smooth boundaries").
     pub(super) fn cross_both_ways(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
         let stream = &mut *self.context.stream;
@@ -68,7 +75,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             let before = self.trail;
             let goes_on = self.follow(hit, (fainter, chance));
             let trail = std::mem::replace(&mut self.trail, before);
-            self.branch = goes_on.map(|()| trail);
+            self.branches.extend(goes_on.map(|()| trail));
         }
         self.follow(hit, (brighter, 1.0))
     }

@@ -1,11 +1,14 @@
 //! Paths through participating media, and through the surfaces without material that bound them.
 
 use super::emission::MisState;
-use super::{MAX_NULL_SURFACES, PathState};
+use super::{MAX_NULL_SURFACES, PathState, Trail};
 use crate::accel::GeometryHit;
 use crate::handles::MediumId;
 use crate::integrators::vertex::{MediumVertex, Vertex};
+use crate::integrators::witness::Met;
+use crate::math::Rgb;
 use crate::math::ray::Ray;
+use crate::media::BothWays;
 use crate::params::ParamReader;
 
 /// Which light transport in media is simulated.
@@ -36,10 +39,88 @@ impl MediaSeen {
     }
 }
 
+/// Before so many scattering events a path takes both ways through a medium.
+const BOTH_WAYS: u32 = 2;
+
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
-    /// Crosses a medium up to `t_max`, or to the scattering event before it that is returned. The throughput may
-    /// become black.
-    pub(super) fn sample_medium(&mut self, id: MediumId, t_max: f32) -> Option<MediumVertex> {
+    /// Crosses a medium up to `t_max`, where the path has `hit` something or nothing; or to the scattering event before it that is returned. The
+    /// throughput may become black.
+    ///
+    /// Early in a path it takes both ways where the medium knows them ([`Medium::both_ways`](crate::media::Medium::both_ways)): the brighter one
+    /// always, the other with the square root of the ratio of what they carry, as at [glass](crate::bsdf::Ways::both). What scatters then begins a
+    /// branch. Where there is nothing behind the medium no path is lost to it.
+    pub(super) fn cross_medium(
+        &mut self,
+        (id, t_max): (MediumId, f32),
+        hit: Option<&GeometryHit>,
+    ) -> Option<MediumVertex> {
+        let Some((ways, vertex)) = self.ways_through_medium(id, t_max) else {
+            return self.sample_medium(id, t_max);
+        };
+        let before = self.trail.throughput;
+        let (scattered, passed) = (before * ways.scattered.1, before * ways.passed);
+        if hit.is_none() && self.context.world.infinite_lights.is_empty() {
+            self.trail.throughput = scattered;
+            return Some(vertex);
+        }
+        let ratio = passed.element_sum() / scattered.element_sum();
+        let chance_of_scattering = (1.0 / ratio).sqrt().min(1.0);
+        let chance_of_passing = ratio.sqrt().min(1.0);
+        let u = self.context.stream.next_1d();
+        let scattered = scattered / chance_of_scattering;
+        if u >= chance_of_passing {
+            self.trail.throughput = scattered;
+            return Some(vertex);
+        }
+        if u < chance_of_scattering {
+            self.branch_off(scattered, &vertex, hit);
+        }
+        self.trail.throughput = passed / chance_of_passing;
+        None
+    }
+
+    /// Both ways through a medium, and the point where it may scatter, where the path is to take them.
+    fn ways_through_medium(
+        &mut self,
+        id: MediumId,
+        t_max: f32,
+    ) -> Option<(BothWays, MediumVertex)> {
+        let Trail { ray, depth, .. } = self.trail;
+        let is_early = depth < self.trail.max_depth.min(BOTH_WAYS);
+        if !is_early || self.branches.is_full() || self.path.media != MediaSeen::All {
+            return None;
+        }
+        let medium = self.context.world.media.medium(id);
+        let (throughput, stream) = (self.trail.throughput, &mut *self.context.stream);
+        let (ways, phase) = medium.both_ways(t_max, throughput, stream)?;
+        let vertex = MediumVertex {
+            p: ray.at(ways.scattered.0),
+            wo: -ray.d,
+            phase,
+            medium: id,
+            time: ray.time,
+        };
+        Some((ways, vertex))
+    }
+
+    /// Begins a branch that scatters at a point of a medium, which it comes to with this throughput.
+    fn branch_off(&mut self, throughput: Rgb, vertex: &MediumVertex, hit: Option<&GeometryHit>) {
+        let (before, differentials) = (self.trail, self.differentials);
+        self.arrive(Met::Medium);
+        self.look_beyond(hit);
+        self.trail.throughput = throughput;
+        let left = self.scatter_in_medium(vertex);
+        let left = left.and_then(|()| self.russian_roulette());
+        self.branches.extend(left.map(|()| self.trail));
+        let passing = Trail {
+            radiance: self.trail.radiance,
+            ..before
+        };
+        (self.trail, self.differentials) = (passing, differentials);
+    }
+
+    /// The same, one way.
+    fn sample_medium(&mut self, id: MediumId, t_max: f32) -> Option<MediumVertex> {
         let medium = self.context.world.media.medium(id);
         let (emits, scatters) = match self.path.media {
             MediaSeen::All => (true, true),

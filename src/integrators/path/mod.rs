@@ -102,7 +102,7 @@ impl Path {
             reports: WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports()),
             differentials: context.differentials,
             trail: Trail::new(context.ray, medium, self.max_depth, context.world),
-            branch: None,
+            branches: ArrayVec::new(),
             context,
         };
         while state.extend().or_else(|| state.turn_back()).is_some() {}
@@ -137,6 +137,12 @@ impl Transport for Path {
         Some(self.clone())
     }
 }
+
+/// At the first so many boundaries of glass that a path comes to straight from the camera, it takes both ways.
+const BOTH_WAYS: u32 = 3;
+
+/// At most so many ways wait for others to end. Where there are no media, there are no more than [`BOTH_WAYS`].
+const MAX_BRANCHES: usize = 4;
 
 /// What a path has come to.
 #[derive(Clone, Copy)]
@@ -202,8 +208,8 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     /// Every step is reported.
     reports: bool,
     trail: Trail,
-    /// The way that the path takes when it has come to the end of the other.
-    branch: Option<Trail>,
+    /// The ways that the path takes when it has come to the end of others: the last one first.
+    branches: ArrayVec<Trail, MAX_BRANCHES>,
 }
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -231,7 +237,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
 
     /// Takes the way that is left, if there is one.
     fn turn_back(&mut self) -> Option<()> {
-        let branch = self.branch.take()?;
+        let branch = self.branches.pop()?;
         self.trail.turn_to(branch);
         Some(())
     }
@@ -246,7 +252,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let world = self.context.world;
         if MEDIA && let Some(id) = self.trail.medium {
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
-            let vertex = self.sample_medium(id, t_max);
+            let vertex = self.cross_medium((id, t_max), hit);
             if is_black(self.trail.throughput) {
                 return None;
             }
@@ -274,7 +280,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             return None;
         }
         if let Some(boundary) = world.even_boundary(hit.material) {
-            if self.trail.depth == 0 && boundary.is_glass() {
+            if self.takes_both_ways() && boundary.is_glass() {
                 self.look_beyond(Some(hit));
                 self.differentials = None;
                 return self.cross_both_ways(hit, boundary);

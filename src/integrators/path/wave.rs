@@ -10,7 +10,7 @@ mod emitters;
 
 use super::emission::{MisState, Sampled};
 use super::lamps::{Gain, Lamps};
-use super::{Path, PathState, Trail};
+use super::{BOTH_WAYS, Path, PathState, Trail};
 use crate::accel::{BareHits, BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
 use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::integrators::Sight;
@@ -45,7 +45,7 @@ struct Paths {
     /// By path.
     trails: Vec<Trail>,
     /// The ways that are left to paths.
-    branches: ArrayVec<(u32, Trail), WAVE>,
+    branches: ArrayVec<(u32, Trail), { BOTH_WAYS as usize * WAVE }>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
@@ -312,7 +312,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             state.scatter(hit, bsdf)
         });
         wave.paths.trails[path as usize] = state.trail;
-        let branch = state.branch.map(|branch| (path, branch));
+        let branch = state.branches.pop().map(|branch| (path, branch));
         wave.paths.branches.extend(branch);
         if goes_on.is_some() {
             wave.paths.walking.push(path);
@@ -367,19 +367,29 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             differentials: context.differentials.filter(|_| is_first),
             reports: false,
             trail,
-            branch: None,
+            branches: ArrayVec::new(),
             context,
         }
     }
 }
 
 impl Paths {
-    /// Where all have ended, those to which a way is left take it.
+    /// Where all have ended, those to which ways are left take the last of them, as a path alone would.
     fn turn_back(&mut self) {
-        for (path, branch) in self.branches.drain(..) {
-            self.trails[path as usize].turn_to(branch);
-            self.walking.push(path);
+        let mut last = [0; WAVE];
+        for (place, &(path, _)) in self.branches.iter().enumerate() {
+            last[path as usize] = place;
         }
+        let mut place = 0;
+        self.branches.retain(|&mut (path, branch)| {
+            let is_last = last[path as usize] == place;
+            if is_last {
+                self.trails[path as usize].turn_to(branch);
+                self.walking.push(path);
+            }
+            place += 1;
+            !is_last
+        });
     }
 }
 
