@@ -186,8 +186,15 @@ mod tests {
     #[test]
     fn both_ways_follow_beers_law() {
         let sampler = Sampler::new(&SamplerSpec::sobol(4096), 1);
-        for (scale, throughput) in [(1.0, Rgb::ONE), (1.0, Rgb::new(1.0, 0.05, 0.3)), (1e-7, Rgb::ONE)] {
-            let m = medium([0.1 * scale, 0.5 * scale, 0.0], [0.4 * scale, 0.0, 2.0 * scale]);
+        for (scale, throughput) in [
+            (1.0, Rgb::ONE),
+            (1.0, Rgb::new(1.0, 0.05, 0.3)),
+            (1e-7, Rgb::ONE),
+        ] {
+            let m = medium(
+                [0.1 * scale, 0.5 * scale, 0.0],
+                [0.4 * scale, 0.0, 2.0 * scale],
+            );
             let t_max = 1.5;
             let mut mean = Rgb::ZERO;
             for i in 0..4096 {

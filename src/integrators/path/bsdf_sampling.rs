@@ -1,7 +1,7 @@
 //! BSDF sampling: where a path continues at a surface, or below it.
 
-use super::{BOTH_WAYS, PathState};
 use super::emission::MisState;
+use super::{BOTH_WAYS, PathState};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, Way};
 use crate::integrators::subsurface::find_exit;
