@@ -52,13 +52,7 @@ impl Homogeneous {
     pub fn sample(&self, t_max: f32, throughput: Rgb, stream: &mut SampleStream) -> Flight {
         let shares = channel_shares(throughput);
         let (choice, u) = (stream.next_1d(), stream.next_1d());
-        let channel = if choice < shares.x {
-            0
-        } else if choice < shares.x + shares.y {
-            1
-        } else {
-            2
-        };
+        let channel = channel_at(shares, choice);
         // Infinite if the channel is not attenuated; u < 1, so the logarithm is finite.
         let t = -(1.0 - u).ln() / self.sigma_t[channel];
         let scatters = t < t_max;
@@ -80,12 +74,11 @@ impl Homogeneous {
             weight,
         }
     }
-}
 
-impl Homogeneous {
-    /// Both ways of a ray that ends at `t_max`: that it scatters before, and that it passes. `None` where nothing of it scatters.
+    /// Both ways of a ray that ends at `t_max`: that it is stopped before, and that it passes. `None` where the medium stops nothing.
     ///
-    /// Distances have the density of [`Homogeneous::sample`] over the probability that it scatters at all.
+    /// Distances have the density of [`Homogeneous::sample`] over the probability that the ray is stopped at all (a forced collision; Lux and
+    /// Koblinger, *Monte Carlo Particle Transport Methods*, 1991).
     pub fn both_ways(
         &self,
         t_max: f32,
@@ -93,26 +86,21 @@ impl Homogeneous {
         stream: &mut SampleStream,
     ) -> Option<BothWays> {
         let depths = self.sigma_t * t_max.min(f32::MAX);
-        // In thin media this is much less than the rounding of 1 − exp(−x).
+        // In thin media 1 − exp(−x) would be rounding alone.
         let stopped = Rgb::from_array(depths.to_array().map(|x| -(-x).exp_m1()));
         let shares = channel_shares(throughput);
         let parts = shares * stopped;
         let all = parts.element_sum();
-        let (choice, u) = (stream.next_1d() * all, stream.next_1d());
-        let channel = if choice < parts.x {
-            0
-        } else if choice < parts.x + parts.y {
-            1
-        } else {
-            2
-        };
+        let (choice, u) = (stream.next_1d(), stream.next_1d());
+        let channel = channel_at(parts, choice * all);
         is_positive(all).then(|| {
             // Rounding may lead beyond the end.
             let t = (-(-u * stopped[channel]).ln_1p() / self.sigma_t[channel]).min(t_max);
             let left = self.transmittance(t);
             let density = shares.dot(left * self.sigma_t) / all;
             BothWays {
-                scattered: (t, left * self.sigma_s / density),
+                t,
+                scattered: left * self.sigma_s / density,
                 passed: (-depths).exp(),
             }
         })
@@ -127,6 +115,17 @@ fn channel_shares(throughput: Rgb) -> Rgb {
         shares
     } else {
         Rgb::splat(1.0 / 3.0)
+    }
+}
+
+/// The channel that has `at` in its part, where those of the channels follow each other.
+fn channel_at(parts: Rgb, at: f32) -> usize {
+    if at < parts.x {
+        0
+    } else if at < parts.x + parts.y {
+        1
+    } else {
+        2
     }
 }
 
@@ -200,9 +199,9 @@ mod tests {
             for i in 0..4096 {
                 let mut stream = sampler.stream(IVec2::ZERO, i);
                 let ways = m.both_ways(t_max, throughput, &mut stream).unwrap();
-                assert!((0.0..=t_max).contains(&ways.scattered.0));
+                assert!((0.0..=t_max).contains(&ways.t));
                 assert_eq!(ways.passed, m.transmittance(t_max));
-                mean += ways.scattered.1 / 4096.0;
+                mean += ways.scattered / 4096.0;
             }
             for c in 0..3 {
                 let albedo = f64::from(m.sigma_s[c]) / f64::from(m.sigma_t[c]);
@@ -241,13 +240,12 @@ mod tests {
                 assert!(left.is_finite() && left.y == 1.0);
                 for throughput in [Rgb::ONE, Rgb::Y, Rgb::ZERO, Rgb::INFINITY] {
                     let mut stream = sampler.stream(IVec2::ZERO, 7);
-                    // Nothing scatters in a channel that is not attenuated.
+                    // Nothing is stopped in a channel that is not attenuated.
                     let ways = m.both_ways(t_max, throughput, &mut stream);
-                    let may_scatter = sigma > 0.0 && t_max > 0.0 && throughput != Rgb::Y;
-                    assert_eq!(ways.is_some(), may_scatter, "{sigma} {t_max} {throughput}");
+                    let may_stop = sigma > 0.0 && t_max > 0.0 && throughput != Rgb::Y;
+                    assert_eq!(ways.is_some(), may_stop, "{sigma} {t_max} {throughput}");
                     let is_right = |ways: BothWays| {
-                        let (t, factor) = ways.scattered;
-                        t <= t_max && factor.is_finite() && ways.passed == left
+                        ways.t <= t_max && ways.scattered.is_finite() && ways.passed == left
                     };
                     assert!(ways.is_none_or(is_right), "{sigma} {t_max} {throughput}");
                 }

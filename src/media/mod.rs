@@ -84,9 +84,11 @@ pub struct Flight {
 /// Both ways of a ray through a medium, one of which a [`Flight`] chooses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BothWays {
-    /// A distance at which light is scattered, and the factor of the throughput there: value over density.
-    pub scattered: (f32, Rgb),
-    /// Factor of the throughput where it is not.
+    /// A distance at which light is scattered, in scene units.
+    pub t: f32,
+    /// Factor of the throughput there: value over density.
+    pub scattered: Rgb,
+    /// Factor of the throughput where it is not: the transmittance.
     pub passed: Rgb,
 }
 
@@ -133,7 +135,7 @@ impl Medium {
     }
 
     /// Both ways of a ray before the distance `t_max`, where it ends, and the phase function where it scatters. `None` for media that vary, whose
-    /// transmittance is not known, and where nothing of it scatters.
+    /// transmittance is not known, and where the medium stops nothing.
     pub fn both_ways(
         &self,
         t_max: f32,

@@ -8,7 +8,7 @@ use crate::integrators::vertex::{MediumVertex, Vertex};
 use crate::integrators::witness::Met;
 use crate::math::Rgb;
 use crate::math::ray::Ray;
-use crate::media::BothWays;
+use crate::media::{BothWays, HenyeyGreenstein};
 use crate::params::ParamReader;
 
 /// Which light transport in media is simulated.
@@ -40,7 +40,7 @@ impl MediaSeen {
 }
 
 /// Before so many scattering events a path takes both ways through a medium.
-const BOTH_WAYS: u32 = 2;
+const BOTH_WAYS_IN_MEDIA: u32 = 2;
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Crosses a medium up to `t_max`, where the path has `hit` something or nothing; or to the scattering event before it that is returned. The
@@ -58,7 +58,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             return self.sample_medium(id, t_max);
         };
         let before = self.trail.throughput;
-        let (scattered, passed) = (before * ways.scattered.1, before * ways.passed);
+        let (scattered, passed) = (before * ways.scattered, before * ways.passed);
         if hit.is_none() && self.context.world.infinite_lights.is_empty() {
             self.trail.throughput = scattered;
             return Some(vertex);
@@ -85,21 +85,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         id: MediumId,
         t_max: f32,
     ) -> Option<(BothWays, MediumVertex)> {
-        let Trail { ray, depth, .. } = self.trail;
-        let is_early = depth < self.trail.max_depth.min(BOTH_WAYS);
+        let is_early = self.trail.depth < self.trail.max_depth.min(BOTH_WAYS_IN_MEDIA);
         if !is_early || self.branches.is_full() || self.path.media != MediaSeen::All {
             return None;
         }
         let medium = self.context.world.media.medium(id);
         let (throughput, stream) = (self.trail.throughput, &mut *self.context.stream);
         let (ways, phase) = medium.both_ways(t_max, throughput, stream)?;
-        let vertex = MediumVertex {
-            p: ray.at(ways.scattered.0),
-            wo: -ray.d,
-            phase,
-            medium: id,
-            time: ray.time,
-        };
+        let vertex = self.medium_vertex(ways.t, id, phase);
         Some((ways, vertex))
     }
 
@@ -119,7 +112,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         (self.trail, self.differentials) = (passing, differentials);
     }
 
-    /// The same, one way.
+    /// Crosses a medium one way, which is chosen by chance: see [`PathState::cross_medium`].
     fn sample_medium(&mut self, id: MediumId, t_max: f32) -> Option<MediumVertex> {
         let medium = self.context.world.media.medium(id);
         let (emits, scatters) = match self.path.media {
@@ -146,13 +139,19 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         );
         self.trail.throughput *= flight.weight;
         let t = flight.scattered?;
-        Some(MediumVertex {
-            p: self.trail.ray.at(t),
-            wo: -self.trail.ray.d,
+        Some(self.medium_vertex(t, id, phase))
+    }
+
+    /// The point of a medium at the distance `t`, as a vertex.
+    fn medium_vertex(&self, t: f32, medium: MediumId, phase: HenyeyGreenstein) -> MediumVertex {
+        let ray = &self.trail.ray;
+        MediumVertex {
+            p: ray.at(t),
+            wo: -ray.d,
             phase,
-            medium: id,
-            time: self.trail.ray.time,
-        })
+            medium,
+            time: ray.time,
+        }
     }
 
     /// Emitter sampling and phase function sampling at a point of a medium.
