@@ -25,6 +25,11 @@ use crate::math::color::is_black;
 use crate::math::ray::RayDifferentials;
 use crate::math::{Rgb, Vec3};
 use crate::surface::ReferencePoint;
+use arrayvec::ArrayVec;
+
+/// A path takes both ways at the first so many boundaries, if it has come to them by boundaries and mirrors alone. Measured, as for light
+/// paths (see [`super::light_path::LightTracer::cross`]).
+const BOTH_WAYS: usize = 3;
 
 /// What a path from the camera has come to.
 #[derive(Default)]
@@ -34,8 +39,8 @@ pub(super) struct Trail {
     pub radiance: Rgb,
     /// Light by s ≥ 2.
     pub joined: Rgb,
-    /// The way that the path takes when it has come to the end of the other.
-    branch: Option<Walk>,
+    /// Ways that the path takes when it has come to the end of another.
+    branches: ArrayVec<Walk, BOTH_WAYS>,
 }
 
 impl Trail {
@@ -53,12 +58,12 @@ impl Trail {
             .begin(ray, medium, (&from, Spread::Camera), Rgb::ONE);
         self.radiance = Rgb::ZERO;
         self.joined = Rgb::ZERO;
-        self.branch = None;
+        self.branches.clear();
     }
 
-    /// Takes the way that is left, if there is one.
+    /// Takes the last of the ways that are left, if there is one.
     pub(super) fn turn_back(&mut self) -> Option<()> {
-        self.walk = self.branch.take()?;
+        self.walk = self.branches.pop()?;
         Some(())
     }
 }
@@ -168,7 +173,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         self.scatter((hit, bsdf), &history, differentials)
     }
 
-    /// Extends the path by a vertex on a smooth boundary. The first takes both ways, so that neither is noisy for the choice.
+    /// Extends the path by a vertex on a smooth boundary. At the first few it takes both ways, so that neither is noisy for the choice.
     fn cross(&mut self, at: (&GeometryHit, &Boundary), history: &History) -> Option<()> {
         if self.trail.walk.depth >= self.bdpt.max_depth || self.is_spent() {
             return None;
@@ -176,11 +181,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let how = (Carries::Radiance, self.bdpt.connections);
         let Context { world, stream, .. } = &mut *self.context;
         let walk = &mut self.trail.walk;
-        if walk.depth > 0 {
+        if walk.depth >= BOTH_WAYS as u32 || !walk.after_delta {
             return walk.cross(world, at, how, history, stream);
         }
         let (first, other) = walk.cross_both_ways(world, at, how, history, stream);
-        self.trail.branch = other;
+        self.trail.branches.extend(other);
         first
     }
 
