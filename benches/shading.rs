@@ -262,7 +262,7 @@ fn lights(bencher: Bencher, name: &str) {
             let from = hit.surface.reference_point();
             let u = numbers_of(i);
             let choice = selector.sample(&from, u.y);
-            black_box(choice.and_then(|(id, _)| world.light(id).sample(&from, u)));
+            black_box(choice.and_then(|chosen| world.light(chosen.light).sample(&from, u)));
         }
     });
 }

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --features studies --example census_efficiency` renders the scenes of `tests/scenes/census/pbrt.txt`, which holds pbrt-v3's
 //! figures, with 16 seeds each: some ten minutes of one processor. Arguments, in any order: another number of seeds; `sobol`,
-//! which adds a column with samples of that sampler instead of the scene's; and parts of names, for these scenes alone,
-//! which are then printed and not written.
+//! which adds a column with samples of that sampler instead of the scene's; `cornell=SECONDS`, which tells how fast this machine is
+//! ([`CORNELL`]); and parts of names, for these scenes alone, which are then printed and not written.
 
 #![allow(clippy::print_stdout, reason = "it is a program")]
 
@@ -28,6 +28,10 @@ const FLOOR: f64 = 0.01;
 /// Of each scene; and of all, the geometric mean.
 const GOALS: [f64; 2] = [4.0, 8.0];
 
+/// Processor seconds that fstop's first edition (commit 1d204d67, one thread) took for `scenes/cornell` on the machine where pbrt-v3 took its own. A
+/// machine on which it takes longer is slower by that.
+const CORNELL: f64 = 4.36;
+
 const HEAD: &str = "# Efficiency of `bdpt`: measured
 
 Written by `cargo run --release --features studies --example census_efficiency`, not by hand. [Light paths](../notes/light-paths.md#measured) says where the
@@ -44,7 +48,28 @@ the squares of the mean and of a hundredth of the image's mean, as pbrt-v3's bet
 struct Wanted {
     seeds: u64,
     sobol: bool,
+    /// Of the first edition here, if they are known.
+    cornell: Option<f64>,
     names: Vec<String>,
+}
+
+impl Wanted {
+    /// What seconds of this machine are multiplied by.
+    fn speed(&self) -> f64 {
+        self.cornell.map_or(1.0, |seconds| CORNELL / seconds)
+    }
+
+    /// What the page says of it.
+    fn head(&self) -> String {
+        let speed = self.cornell.map_or_else(String::new, |seconds| {
+            format!(
+                "The machine takes {seconds:.2} s for the Cornell box with fstop's first edition, where that of pbrt-v3's figures took {CORNELL} s: \
+                 its seconds are multiplied by {:.2}.\n\n",
+                self.speed()
+            )
+        });
+        format!("{HEAD}{speed}{} seeds for each scene.\n\n", self.seeds)
+    }
 }
 
 /// The cost of an image: processor time in seconds, and mean squared relative error.
@@ -74,13 +99,17 @@ fn wanted() -> Wanted {
     let mut wanted = Wanted {
         seeds: SEEDS,
         sobol: false,
+        cornell: None,
         names: vec![],
     };
     for argument in std::env::args().skip(1) {
         match argument.parse() {
             Ok(seeds) => wanted.seeds = u64::max(seeds, 2),
             Err(_) if argument == "sobol" => wanted.sobol = true,
-            Err(_) => wanted.names.push(argument),
+            Err(_) => match argument.strip_prefix("cornell=").map(str::parse) {
+                Some(Ok(seconds)) => wanted.cornell = Some(seconds),
+                _ => wanted.names.push(argument),
+            },
         }
     }
     wanted
@@ -93,7 +122,7 @@ fn measure_all(wanted: &Wanted) -> Answer<String> {
         true => &["random", "sobol"],
         false => &["random"],
     };
-    let mut page = format!("{HEAD}{} seeds for each scene.\n\n", wanted.seeds);
+    let mut page = wanted.head();
     let mut say = |line: String| {
         println!("{line}");
         page += &line;
@@ -114,7 +143,8 @@ fn measure_all(wanted: &Wanted) -> Answer<String> {
         }
         let mut row = format!("| {name} |");
         for (i, sampler) in samplers.iter().enumerate() {
-            let ours = measure(&folder, name, wanted.seeds, *sampler == "sobol")?;
+            let mut ours = measure(&folder, name, wanted.seeds, *sampler == "sobol")?;
+            ours.seconds *= wanted.speed();
             if i == 0 {
                 row += &format!(" {:.3} | {:.3e} |", ours.seconds, ours.error);
             }

@@ -19,8 +19,10 @@ pub(super) fn estimate(
     group: &LightGroup,
 ) -> Rgb {
     let (world, stream) = (context.world, &mut *context.stream);
-    let (id, probability) = group.piece(stream.next_1d_if(group.chooses()));
-    let light_u = stream.next_2d();
+    let numbers = stream.next_choice(group.chooses());
+    let piece = group.piece(numbers.choice);
+    let (id, probability) = (piece.light, piece.pmf);
+    let light_u = numbers.point(probability, piece.rest);
     let third = stream.next_1d_if(bsdf.needs_third());
     let direction_u = stream.next_2d();
     let light = world.light(id);

@@ -7,7 +7,7 @@
 use super::landing::{for_pixels, reaches_film};
 use super::volpath::transmittance;
 use super::{Integrator, LightJob, Splat};
-use crate::lights::{LightSelector, SelectionStrategy};
+use crate::lights::{LightSelector, Selected, SelectionStrategy};
 use crate::math::ray::Ray;
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
@@ -56,9 +56,10 @@ impl GhostLight {
         splat: &mut impl FnMut(Splat),
     ) -> Option<()> {
         let entry = job.camera.ghost_entry(time, wavelength, stream.next_2d())?;
-        let (light, pmf) = self.selector.sample(&entry.point, stream.next_1d())?;
+        let numbers = stream.next_choice(true);
+        let Selected { light, pmf, rest } = self.selector.sample(&entry.point, numbers.choice)?;
         let emitter = job.world.sampled_lights().get(light.index())?;
-        let sample = emitter.sample(&entry.point, stream.next_2d())?;
+        let sample = emitter.sample(&entry.point, numbers.point(pmf, rest))?;
         let landing = job.camera.ghost(&entry, sample.wi, stream.next_1d())?;
         let brought = sample.radiance * landing.importance / (pmf * sample.pdf);
         if is_black(brought) || !reaches_film(job, landing.raster) {

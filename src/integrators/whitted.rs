@@ -41,8 +41,10 @@ fn sample_lights(context: &mut Context, surface: &SurfaceHit, bsdf: &Bsdf) -> Rg
     let (world, lights) = (context.world, context.lights);
     let from = surface.reference_point();
     let sample_group = |group: &LightGroup| {
-        let (id, probability) = group.piece(context.stream.next_1d_if(group.chooses()));
-        let u = context.stream.next_2d();
+        let numbers = context.stream.next_choice(group.chooses());
+        let piece = group.piece(numbers.choice);
+        let (id, probability) = (piece.light, piece.pmf);
+        let u = numbers.point(probability, piece.rest);
         let Some(sample) = world.light(id).sample(&from, u) else {
             return Rgb::ZERO;
         };

@@ -3,6 +3,7 @@
 //! sample at each point, and so their cost and noise; the expectation is the same.
 
 use super::Light;
+use super::selection::Selected;
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
 
@@ -84,14 +85,16 @@ impl LightGroup {
         self.pieces.is_some()
     }
 
-    /// One of the pieces and its probability.
-    pub fn piece(&self, u: f32) -> (LightId, f32) {
-        match &self.pieces {
-            None => (self.first, 1.0),
-            Some(pieces) => {
-                let (piece, probability, _) = pieces.sample_discrete(u);
-                (LightId(self.first.0 + piece as u32), probability)
-            }
+    /// One of the pieces, by `u` in [0, 1).
+    pub fn piece(&self, u: f32) -> Selected {
+        let (piece, pmf, rest) = match &self.pieces {
+            None => (0, 1.0, u),
+            Some(pieces) => pieces.sample_discrete(u),
+        };
+        Selected {
+            light: LightId(self.first.0 + piece as u32),
+            pmf,
+            rest,
         }
     }
 
@@ -161,8 +164,13 @@ mod tests {
                     .choose((i as f32 + 0.5) / (n * count) as f32)
                     .unwrap();
                 assert_eq!(pmf, 1.0 / count as f32);
-                let (light, piece) = group.piece((i % n) as f32 / n as f32);
+                let Selected {
+                    light,
+                    pmf: piece,
+                    rest,
+                } = group.piece((i % n) as f32 / n as f32);
                 assert_eq!(group.pmf(light), piece);
+                assert!((0.0..1.0).contains(&rest));
                 assert!(groups.iter().filter(|g| g.pmf(light) > 0.0).count() == 1);
                 chosen[light.index()] += f64::from(pmf) / n as f64;
             }

@@ -12,6 +12,7 @@
 use super::Light;
 use super::lanes::{LANES, Lanes, Receiver};
 use super::light_bounds::LightBounds;
+use super::selection::Selected;
 use super::tree::{Kind, Part, Tree};
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
@@ -115,18 +116,22 @@ impl LightTree {
     }
 
     /// A light and its probability.
-    pub(super) fn sample(&self, to: &Receiver, u: f32) -> Option<(LightId, f32)> {
+    pub(super) fn sample(&self, to: &Receiver, u: f32) -> Option<Selected> {
         let top = self.top_estimates(to);
         let even_share = top.even_share();
         if u < even_share {
-            let (light, _, _) = self.even.sample_discrete(u / even_share);
+            let (light, _, rest) = self.even.sample_discrete(u / even_share);
             let light = LightId(light as u32);
-            return Some((light, self.probability(to, &top, light)));
+            let pmf = self.probability(to, &top, light);
+            return Some(Selected { light, pmf, rest });
         }
         let u = (u - even_share) / (1.0 - even_share);
-        let (light, chosen) = self.descend(to, &top, u)?;
-        let even = self.even.probability(light.index());
-        Some((light, even_share * even + (1.0 - even_share) * chosen))
+        let chosen = self.descend(to, &top, u)?;
+        let even = self.even.probability(chosen.light.index());
+        Some(Selected {
+            pmf: even_share * even + (1.0 - even_share) * chosen.pmf,
+            ..chosen
+        })
     }
 
     /// Probability with which [`LightTree::sample`] chooses `light`.
@@ -149,20 +154,20 @@ impl LightTree {
     }
 
     /// From the top to a light by `u` in [0, 1), with the probability of that way.
-    fn descend(&self, to: &Receiver, top: &Top, u: f32) -> Option<(LightId, f32)> {
+    fn descend(&self, to: &Receiver, top: &Top, u: f32) -> Option<Selected> {
         let (k, mut u) = pick(&top.sums, u * top.total);
         let mut node = self.nodes.get(k)?;
         let mut chances = Chances {
             estimates: top.estimates[k],
             total: top.sums[k],
         };
-        let mut probability = top.sums[k] / top.total;
+        let mut pmf = top.sums[k] / top.total;
         loop {
             let (lane, rest) = pick(&chances.estimates, u * chances.total);
             u = rest;
-            probability *= chances.of(lane);
+            pmf *= chances.of(lane);
             match node.parts[lane].kind() {
-                Kind::Light(light) => return Some((light, probability)),
+                Kind::Light(light) => return Some(Selected { light, pmf, rest }),
                 Kind::Node(below) => node = self.nodes.get(below as usize)?,
                 Kind::Nothing => return None,
             }

@@ -43,7 +43,7 @@ pub use kinds::{Light, LightKind};
 pub use light_map::LightMap;
 pub use point::{PointLight, PointSpec};
 pub use projection::{ProjectionLight, ProjectionSpec};
-pub use selection::{LightSelector, SelectionStrategy};
+pub use selection::{LightSelector, Selected, SelectionStrategy};
 pub use spot::{SpotLight, SpotSpec};
 
 use crate::math::color::is_black;

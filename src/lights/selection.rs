@@ -10,6 +10,7 @@ use super::light_tree::{Candidate, LightTree};
 use super::small_light_set::SmallLightSet;
 use crate::handles::LightId;
 use crate::math::distribution::Distribution1D;
+use crate::math::sampling::BELOW_ONE;
 use crate::params::ParamReader;
 use crate::surface::ReferencePoint;
 use std::collections::{BTreeMap, BTreeSet};
@@ -62,6 +63,17 @@ enum Choice {
     Spatial(LightTree),
 }
 
+/// A light that was chosen, by a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Selected {
+    /// Which.
+    pub light: LightId,
+    /// Its probability.
+    pub pmf: f32,
+    /// The place of that number among all that choose this light, in [0, 1); with as few digits left as the light is improbable.
+    pub rest: f32,
+}
+
 impl LightSelector {
     /// For `lights` in a scene with a bounding sphere of radius `scene_radius`.
     pub fn new(lights: &[Light], strategy: SelectionStrategy, scene_radius: f32) -> LightSelector {
@@ -102,16 +114,25 @@ impl LightSelector {
         matches!(self.choice, Choice::Uniform(1)).then_some(LightId(0))
     }
 
-    /// A light for the point `from` and its probability; `None` where there are no lights.
-    pub fn sample(&self, from: &ReferencePoint, u: f32) -> Option<(LightId, f32)> {
+    /// A light for the point `from`; `None` where there are no lights.
+    pub fn sample(&self, from: &ReferencePoint, u: f32) -> Option<Selected> {
         match &self.choice {
             Choice::Uniform(n) => {
-                let light = ((u * *n as f32) as u32).min(n.checked_sub(1)?);
-                Some((LightId(light), 1.0 / *n as f32))
+                let place = u * *n as f32;
+                let light = (place as u32).min(n.checked_sub(1)?);
+                Some(Selected {
+                    light: LightId(light),
+                    pmf: 1.0 / *n as f32,
+                    rest: (place - light as f32).min(BELOW_ONE),
+                })
             }
             Choice::Power(distribution) => {
-                let (light, probability, _) = distribution.sample_discrete(u);
-                Some((LightId(light as u32), probability))
+                let (light, pmf, rest) = distribution.sample_discrete(u);
+                Some(Selected {
+                    light: LightId(light as u32),
+                    pmf,
+                    rest,
+                })
             }
             Choice::SmallLightSet(few) => few.sample(&Receiver::new(from.p, from.n), u),
             Choice::Spatial(clusters) => clusters.sample(&Receiver::new(from.p, from.n), u),
@@ -380,12 +401,16 @@ mod tests {
                 let from = at(Vec3::new(0.7, 1.5, 0.2));
                 let n = 1 << 17;
                 let mut counts = vec![0u32; lights.len()];
+                let mut rests = vec![0.0; lights.len()];
                 for i in 0..n {
-                    let (light, pmf) = selector.sample(&from, (i as f32 + 0.5) / n as f32).unwrap();
-                    assert!((selector.pmf(&from, light) / pmf - 1.0).abs() < 1e-5);
+                    let selected = selector.sample(&from, (i as f32 + 0.5) / n as f32).unwrap();
+                    let (light, rest) = (selected.light, selected.rest);
+                    assert!((selector.pmf(&from, light) / selected.pmf - 1.0).abs() < 1e-5);
+                    assert!((0.0..1.0).contains(&rest), "{rest}");
                     counts[light.index()] += 1;
+                    rests[light.index()] += f64::from(rest);
                 }
-                for (i, count) in counts.into_iter().enumerate() {
+                for (i, (count, rest)) in counts.into_iter().zip(rests).enumerate() {
                     let expected = selector.pmf(&from, LightId(i as u32)) * n as f32;
                     // Equally spaced numbers: each light owns up to two intervals, off by one at each
                     // end, and single-precision sums move the ends by another few.
@@ -393,6 +418,9 @@ mod tests {
                         (count as f32 - expected).abs() < 8.0,
                         "{strategy:?} {i}: {count} but {expected}"
                     );
+                    // For the same reason: so few of the places are missing, at one end.
+                    let mean = rest / f64::from(count);
+                    assert!((mean - 0.5).abs() < 4.0 / f64::from(count), "{i}: {mean}");
                 }
             }
         }
@@ -423,8 +451,8 @@ mod tests {
             let (mut sum, mut squares) = (0.0, 0.0);
             for i in 0..n {
                 let u = unit_float(mix2(i, 77));
-                let (light, pmf) = selector.sample(&from, u).unwrap();
-                let value = f64::from(brings(&lights[light.index()]) / pmf);
+                let selected = selector.sample(&from, u).unwrap();
+                let value = f64::from(brings(&lights[selected.light.index()]) / selected.pmf);
                 sum += value;
                 squares += value * value;
             }
@@ -519,7 +547,8 @@ mod tests {
     fn one_light_is_certain_and_none_is_none() {
         for strategy in STRATEGIES {
             let one = LightSelector::new(&[sun()], strategy, 1.0);
-            assert_eq!(one.sample(&at(Vec3::ZERO), 0.7), Some((LightId(0), 1.0)));
+            let selected = one.sample(&at(Vec3::ZERO), 0.7).unwrap();
+            assert_eq!((selected.light, selected.pmf), (LightId(0), 1.0));
             assert_eq!(one.pmf(&at(Vec3::ZERO), LightId(0)), 1.0);
             assert!(
                 LightSelector::new(&[], strategy, 1.0)

@@ -3,6 +3,7 @@
 
 use super::lanes::{HALF, LANES, Lanes, Receiver};
 use super::light_tree::{Candidate, EVEN_SHARE, pick, sum};
+use super::selection::Selected;
 use crate::handles::LightId;
 use crate::math::float::is_positive;
 
@@ -39,11 +40,15 @@ impl SmallLightSet {
         self.len
     }
 
-    /// A light and its probability.
-    pub(super) fn sample(&self, to: &Receiver, u: f32) -> Option<(LightId, f32)> {
+    /// A light for the number `u`.
+    pub(super) fn sample(&self, to: &Receiver, u: f32) -> Option<Selected> {
         let probabilities = self.probabilities(to);
-        let (lane, _) = pick(&probabilities, u * sum(&probabilities));
-        Some((LightId(lane as u32), probabilities[lane]))
+        let (lane, rest) = pick(&probabilities, u * sum(&probabilities));
+        Some(Selected {
+            light: LightId(lane as u32),
+            pmf: probabilities[lane],
+            rest,
+        })
     }
 
     /// Probability with which [`SmallLightSet::sample`] chooses `light`.

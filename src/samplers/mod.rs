@@ -12,6 +12,7 @@
 
 mod adaptive;
 mod best_candidate;
+mod choice;
 mod count;
 mod halton;
 mod low_discrepancy;
@@ -22,6 +23,7 @@ mod random;
 mod sobol;
 mod stratified;
 
+pub use choice::ChoiceSample;
 pub use stratified::Stratified;
 
 use crate::math::hash::{mix, mix2};

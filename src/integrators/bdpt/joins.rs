@@ -38,11 +38,12 @@ impl<'a> CameraPath<'_, 'a> {
     fn sample_light(&mut self, vertex: Vertex<'_, 'a>, history: &History) {
         let (world, lights) = (self.context.world, self.context.lights);
         let from = vertex.reference_point();
-        let choice = self.context.stream.next_1d_if(lights.selector.chooses());
-        let u = self.context.stream.next_2d();
-        let Some((id, pmf)) = lights.selector.sample(&from, choice) else {
+        let numbers = self.context.stream.next_choice(lights.selector.chooses());
+        let Some(selected) = lights.selector.sample(&from, numbers.choice) else {
             return;
         };
+        let (id, pmf) = (selected.light, selected.pmf);
+        let u = numbers.point(pmf, selected.rest);
         let Some((arriving, end)) = world.light(id).sample_with_end(&from, u) else {
             return;
         };

@@ -8,9 +8,9 @@ use crate::handles::LightId;
 use crate::integrators::context::Lights;
 use crate::integrators::vertex::{SurfaceVertex, Vertex};
 use crate::integrators::volpath::transmittance;
-use crate::lights::LightSelector;
+use crate::lights::{LightSelector, Selected};
 use crate::math::ray::Ray;
-use crate::math::sampling::{BELOW_ONE, power_heuristic};
+use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, Vec2, Vec3, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
@@ -34,7 +34,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let from = vertex.reference_point();
         if let Some(count) = self.sample_all_count() {
             for id in 0..count {
-                self.sample_light((LightId(id), 1.0), vertex, &from);
+                let u = self.context.stream.next_2d();
+                self.sample_light((LightId(id), 1.0), vertex, &from, u);
             }
             return;
         }
@@ -42,9 +43,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let all = selector.choices(self.trail.is_first());
         for number in 0..all {
             let stream = &mut *self.context.stream;
-            match choose(selector, &from, (number, all), stream) {
-                Some(chosen) => self.sample_light(chosen, vertex, &from),
-                None => stream.skip_2d(),
+            if let Some((chosen, u)) = choose(selector, &from, (number, all), stream) {
+                self.sample_light(chosen, vertex, &from, u);
             }
         }
     }
@@ -62,8 +62,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         chosen: (LightId, f32),
         vertex: &impl Vertex,
         from: &ReferencePoint,
+        u: Vec2,
     ) {
-        let u = self.context.stream.next_2d();
         if let Some(light) = self.light_sample(chosen, vertex, from, u) {
             self.gain_from(chosen.0, self.trail.throughput * light);
         }
@@ -159,22 +159,21 @@ impl Trail {
     }
 }
 
-/// One of `all` choices of a light, each from a part of the lights of its own, and how many times that light is chosen on average
-/// by all of them.
+/// One of `all` choices of a light, each from a part of the lights of its own; how many times that light is chosen on average
+/// by all of them; and the numbers of a point on it.
 #[inline(always)]
 pub(super) fn choose(
     selector: &LightSelector,
     from: &ReferencePoint,
     (number, all): (u32, u32),
     stream: &mut SampleStream,
-) -> Option<(LightId, f32)> {
-    let within = stream.next_1d_if(selector.chooses());
-    if all == 1 {
-        return selector.sample(from, within);
+) -> Option<((LightId, f32), Vec2)> {
+    let mut numbers = stream.next_choice(selector.chooses());
+    if all > 1 {
+        numbers = numbers.within(number, all);
     }
-    let choice = (number as f32 + within) / all as f32;
-    let (light, pmf) = selector.sample(from, choice.min(BELOW_ONE))?;
-    Some((light, pmf * all as f32))
+    let Selected { light, pmf, rest } = selector.sample(from, numbers.choice)?;
+    Some(((light, pmf * all as f32), numbers.point(pmf, rest)))
 }
 
 /// The estimate by a light sample of this density, where BSDF sampling may find the same with another.

@@ -179,10 +179,12 @@ impl CameraPath<'_, '_> {
     /// The sample of a light.
     fn sampled_light(&mut self, hit: &GeometryHit, bsdf: &Bsdf, from: &ReferencePoint) -> Rgb {
         let (world, selector) = (self.mapper.world, &self.mapper.lights.selector);
-        let choice = self.stream.next_1d_if(selector.chooses());
-        let u = self.stream.next_2d();
-        let chosen = selector.sample(from, choice);
-        let sample = chosen.and_then(|(id, pmf)| Some((world.light(id).sample(from, u)?, pmf)));
+        let numbers = self.stream.next_choice(selector.chooses());
+        let sample = { selector.sample(from, numbers.choice) }.and_then(|selected| {
+            let u = numbers.point(selected.pmf, selected.rest);
+            let light = world.light(selected.light).sample(from, u)?;
+            Some((light, selected.pmf))
+        });
         let Some((light, pmf)) = sample else {
             return Rgb::ZERO;
         };

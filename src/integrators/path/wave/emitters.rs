@@ -8,6 +8,7 @@ use crate::integrators::context::{CameraPath, Lights, WAVE};
 use crate::integrators::path::Trail;
 use crate::integrators::path::emitter_sampling::choose;
 use crate::integrators::path::lamps::{Gain, Lamps};
+use crate::math::Vec2;
 use crate::world::World;
 
 impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
@@ -60,7 +61,8 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
                 *is_side_by_side = true;
                 lot.vertices.set_number(i, stream.next_2d());
             } else {
-                self.sample_light(lot, paths, i, (light, 1.0));
+                let u = stream.next_2d();
+                self.sample_light(lot, paths, i, ((light, 1.0), u));
             }
         }
         if are_side_by_side.contains(&true) {
@@ -101,9 +103,8 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
         }
         let from = lot.vertices.from(i, trail.ray.time);
         let stream = &mut *self.bundle.paths[path].stream;
-        match choose(selector, &from, (number, all), stream) {
-            Some(chosen) => self.sample_light(lot, paths, i, chosen),
-            None => stream.skip_2d(),
+        if let Some(chosen) = choose(selector, &from, (number, all), stream) {
+            self.sample_light(lot, paths, i, chosen);
         }
     }
 
@@ -114,10 +115,9 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
         lot: &mut Lot<S>,
         paths: &mut Paths,
         i: usize,
-        chosen: (LightId, f32),
+        (chosen, u): ((LightId, f32), Vec2),
     ) {
         let path = lot.vertices.path(i);
-        let u = self.bundle.paths[path].stream.next_2d();
         let trail = &paths.trails[path];
         let vertex = lot.vertices.vertex(i, trail.ray.time);
         if lot.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
