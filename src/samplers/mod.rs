@@ -314,6 +314,17 @@ impl SampleStream {
         }
     }
 
+    /// The numbers of another way that a path takes from here, beside that which these serve: dimensions that nothing else has, the same for all samples
+    /// of a pixel that have come as far. Were the ways to share dimensions, one after the other, those of the second would be others in each sample,
+    /// depending on where the first has ended, and not be stratified together.
+    pub fn fork(&mut self) -> SampleStream {
+        match self {
+            SampleStream::Stratified(s) => SampleStream::Stratified(s.fork()),
+            SampleStream::Random(s) => SampleStream::Random(s.fork()),
+            SampleStream::Sobol(s) => SampleStream::Sobol(s.fork()),
+        }
+    }
+
     /// The next pair, well distributed in the unit square.
     pub fn next_2d(&mut self) -> Vec2 {
         match self {

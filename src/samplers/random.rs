@@ -27,6 +27,13 @@ impl RandomStream {
         }
     }
 
+    /// See [`super::SampleStream::fork`].
+    pub(super) fn fork(&mut self) -> RandomStream {
+        RandomStream {
+            state: self.next_bits(),
+        }
+    }
+
     fn next_bits(&mut self) -> u64 {
         // 2⁶⁴ over the golden ratio: steps that never line up.
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);

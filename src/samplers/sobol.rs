@@ -23,7 +23,7 @@ use super::SamplerSpec;
 use super::count::power_of_two;
 use super::net::point;
 use crate::math::Vec2;
-use crate::math::hash::mix;
+use crate::math::hash::{mix, mix2};
 use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 use crate::params::ParamReader;
 use sobol_burley::parts::{hash, owen_scramble_rev, u32_to_f32_norm};
@@ -126,6 +126,13 @@ impl Kernel for InSet {
     }
 }
 
+/// The first set of a fork made after so many sets: far from those of any other, as a test says of the first forks. Those of forks of forks are
+/// scattered among 2³² numbers, too.
+fn first_of_fork(sets: u32) -> u32 {
+    const FORK: u64 = 0x666f_726b;
+    mix2(sets.into(), FORK) as u32
+}
+
 impl SobolStream {
     /// Sample `index` of the pixel hashed into `seed`.
     #[inline]
@@ -137,6 +144,26 @@ impl SobolStream {
             },
             sets: 0,
             pairs: Drawn::NOTHING,
+            singles: Drawn::NOTHING,
+        }
+    }
+
+    /// See [`super::SampleStream::fork`]. Pairs share sets with those that they would share them with here.
+    pub(super) fn fork(&mut self) -> SobolStream {
+        let first = first_of_fork(self.sets);
+        self.sets = self.sets.wrapping_add(1);
+        let pairs = match self.pairs.used {
+            0..=2 => Drawn {
+                number: first,
+                used: self.pairs.used,
+                ..Drawn::NOTHING
+            },
+            _ => Drawn::NOTHING,
+        };
+        SobolStream {
+            points: self.points,
+            sets: first.wrapping_add(1),
+            pairs,
             singles: Drawn::NOTHING,
         }
     }
@@ -174,5 +201,22 @@ impl SobolStream {
     #[inline]
     pub(super) fn skip_2d(&mut self) {
         self.pairs.take(2, &mut self.sets);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forks_have_sets_of_their_own() {
+        // More than paths have: a set serves two pairs or four single numbers.
+        const SETS: u32 = 1000;
+        let mut first: Vec<u32> = (0..SETS).map(first_of_fork).collect();
+        first.push(0);
+        first.sort_unstable();
+        let gaps = first.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(gaps.min() > Some(SETS));
+        assert!(first.last() < Some(&(u32::MAX - SETS)));
     }
 }

@@ -110,6 +110,19 @@ impl StratifiedStream {
         }
     }
 
+    /// See [`super::SampleStream::fork`].
+    pub(super) fn fork(&mut self) -> StratifiedStream {
+        // Far from what a path comes to otherwise; and beyond the stratified dimensions, if these are limited.
+        let first = mix2(self.singles.into(), self.pairs.into()) as u32 | 1 << 31;
+        self.singles = self.singles.wrapping_add(1);
+        StratifiedStream {
+            singles: first,
+            pairs: first,
+            rest: self.rest.fork(),
+            ..*self
+        }
+    }
+
     /// Returns `true` if the dimension after `count` others of its kind is still stratified.
     fn is_stratified(&self, count: u32) -> bool {
         self.grid.dimensions.is_none_or(|limit| count < limit)
@@ -130,7 +143,7 @@ impl StratifiedStream {
             return self.rest.next_1d();
         }
         let (cell, jitter) = self.visit(mix2(self.seed, u64::from(self.singles) << 1));
-        self.singles += 1;
+        self.singles = self.singles.wrapping_add(1);
         ((cell as f32 + jitter.x) / self.grid.order.len() as f32).min(BELOW_ONE)
     }
 
@@ -139,7 +152,7 @@ impl StratifiedStream {
             return self.rest.next_2d();
         }
         let (cell, jitter) = self.visit(mix2(self.seed, u64::from(self.pairs) << 1 | 1));
-        self.pairs += 1;
+        self.pairs = self.pairs.wrapping_add(1);
         let corner = Vec2::new((cell % self.grid.nx) as f32, (cell / self.grid.nx) as f32);
         let cells = Vec2::new(self.grid.nx as f32, self.grid.ny as f32);
         ((corner + jitter) / cells).min(Vec2::splat(BELOW_ONE))

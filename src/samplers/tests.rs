@@ -87,6 +87,68 @@ fn paths_of_light_are_a_net_wherever_a_run_of_them_begins() {
     }
 }
 
+/// The draws of a fork after `before` pairs, of a fork of that, of another fork of the stream, and of the stream afterwards.
+fn ways(sampler: &Sampler, index: u32, before: usize) -> [(Vec<Vec2>, Vec<f32>); 4] {
+    let mut stream = sampler.stream(pixel(3, 4), index);
+    (0..before).for_each(|_| stream.skip_2d());
+    let mut first = stream.fork();
+    let mut second = stream.fork();
+    let mut below = first.fork();
+    // In any order.
+    [&mut first, &mut below, &mut second, &mut stream].map(draws)
+}
+
+#[test]
+fn forks_have_numbers_of_their_own() {
+    for spec in kinds(16) {
+        let sampler = Sampler::new(&spec, 7);
+        for before in 0..3 {
+            let ways = ways(&sampler, 5, before);
+            let mut singles: Vec<f32> = ways.iter().flat_map(|way| way.1.clone()).collect();
+            singles.sort_unstable_by(f32::total_cmp);
+            let count = singles.len();
+            singles.dedup();
+            // Two of these sixty numbers of 24 bits would be equal by chance once in 9,000 times.
+            assert_eq!(singles.len(), count, "{spec:?}");
+            let mut pairs: Vec<f32> = ways
+                .iter()
+                .flat_map(|way| way.0.clone())
+                .map(|p| p.x)
+                .collect();
+            pairs.sort_unstable_by(f32::total_cmp);
+            let count = pairs.len();
+            pairs.dedup();
+            assert_eq!(pairs.len(), count, "{spec:?}");
+        }
+    }
+}
+
+#[test]
+fn forks_are_stratified_over_the_samples_of_a_pixel() {
+    let grid = SamplerSpec {
+        points: Points::Stratified(Stratified::new(8, 8, true, None)),
+        ..SamplerSpec::sobol(64)
+    };
+    for spec in [SamplerSpec::sobol(64), grid] {
+        let sampler = Sampler::new(&spec, 9);
+        for before in 0..3 {
+            let all: Vec<_> = (0..64).map(|i| ways(&sampler, i, before)).collect();
+            for way in 0..4 {
+                for d in 0..all[0][way].0.len() {
+                    let points: Vec<Vec2> = all.iter().map(|ways| ways[way].0[d]).collect();
+                    assert!(one_in_each_cell(&points, 8, 8), "{spec:?}, {way}, {d}");
+                }
+                for d in 0..all[0][way].1.len() {
+                    let points: Vec<Vec2> = { all.iter() }
+                        .map(|ways| Vec2::new(ways[way].1[d], 0.0))
+                        .collect();
+                    assert!(one_in_each_cell(&points, 64, 1), "{spec:?}, {way}, {d}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn streams_stay_what_they_are() {
     // Recorded once: a change here changes every image, and shards and resumed renders with it.

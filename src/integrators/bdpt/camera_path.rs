@@ -7,7 +7,7 @@ use super::kept::LightPath;
 use super::light_end::Lit;
 use super::strategies::layer;
 use super::vertex::{FlatVertex, Vertex};
-use super::walk::{Carries, Met, Spread, Turn, Walk, surface_bsdf};
+use super::walk::{Branch, Carries, Met, Spread, Turn, Walk, surface_bsdf};
 use super::weights::{History, square, weight};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf};
@@ -24,6 +24,7 @@ use crate::materials::Material;
 use crate::math::color::is_black;
 use crate::math::ray::RayDifferentials;
 use crate::math::{Rgb, Vec3};
+use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
 use arrayvec::ArrayVec;
 
@@ -39,8 +40,8 @@ pub(super) struct Trail {
     pub radiance: Rgb,
     /// Light by s ≥ 2.
     pub joined: Rgb,
-    /// Ways that the path takes when it has come to the end of another.
-    branches: ArrayVec<Walk, BOTH_WAYS>,
+    /// The last one is taken first.
+    branches: ArrayVec<Branch, BOTH_WAYS>,
 }
 
 impl Trail {
@@ -62,8 +63,8 @@ impl Trail {
     }
 
     /// Takes the last of the ways that are left, if there is one.
-    pub(super) fn turn_back(&mut self) -> Option<()> {
-        self.walk = self.branches.pop()?;
+    pub(super) fn turn_back(&mut self, stream: &mut SampleStream) -> Option<()> {
+        self.branches.pop()?.take(&mut self.walk, stream);
         Some(())
     }
 }
@@ -87,6 +88,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let hit = self.context.world.intersect(&self.trail.walk.ray);
         let met = self.advance(hit.as_ref().map(|hit| hit.t))?;
         self.arrive_at(&met, hit.as_ref())
+    }
+
+    /// Takes the last of the ways that are left, if there is one.
+    pub(super) fn turn_back(&mut self) -> Option<()> {
+        self.trail.turn_back(self.context.stream)
     }
 
     /// To the next surface, if the ray hits one, at distance `t`, or to what scatters before it.

@@ -64,10 +64,9 @@ pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAV
     bundle.workspace.buffers = Some(buffers);
 }
 
-/// Stores light paths, and their sample streams, which the camera paths continue.
+/// Stores light paths.
 struct PathRecorder<'a> {
     light_paths: LightPaths<'a>,
-    ended: [Option<SampleStream>; WAVE],
 }
 
 impl<'a> Visitor<'a> for PathRecorder<'a> {
@@ -79,10 +78,6 @@ impl<'a> Visitor<'a> for PathRecorder<'a> {
         _: &mut SampleStream,
     ) {
         self.light_paths.push(start.path as usize, light, &vertex);
-    }
-
-    fn end(&mut self, start: &PathStart, stream: &SampleStream) {
-        self.ended[start.path as usize] = Some(*stream);
     }
 }
 
@@ -121,26 +116,18 @@ impl<'a> Wave<'a, '_> {
         if joined.is_empty() {
             return light_paths;
         }
-        let mut recorder = PathRecorder {
-            light_paths,
-            ended: [None; WAVE],
-        };
+        let mut recorder = PathRecorder { light_paths };
         let begin = |&path: &u32| {
-            let of_camera = &paths[path as usize];
+            let of_camera = &mut paths[path as usize];
             let start = PathStart {
                 path: path.into(),
                 time: of_camera.end.ray.ray.time,
                 wavelength: 0.0,
             };
-            (start, *of_camera.stream)
+            (start, of_camera.stream.fork())
         };
         let flats = &mut self.buffers.flats;
         trace_all(&tracer, joined.iter().map(begin), flats, &mut recorder);
-        for &path in joined {
-            if let Some(stream) = recorder.ended[path as usize] {
-                *paths[path as usize].stream = stream;
-            }
-        }
         recorder.light_paths
     }
 
@@ -232,7 +219,8 @@ impl<'a> Wave<'a, '_> {
     /// Keeps a path that was `extended`, or that has another way to take.
     fn go_on(&mut self, path: u32, extended: Option<()>) {
         let trail = &mut self.buffers.trails[path as usize];
-        if extended.or_else(|| trail.turn_back()).is_some() {
+        let stream = &mut *self.bundle.paths[path as usize].stream;
+        if extended.or_else(|| trail.turn_back(stream)).is_some() {
             self.buffers.walking.push(path);
         }
     }

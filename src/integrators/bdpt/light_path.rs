@@ -3,7 +3,7 @@
 use super::Bdpt;
 use super::light_end::{Lit, end_as_hit};
 use super::vertex::{FlatVertex, Vertex};
-use super::walk::{Carries, Met, Spread, Turn, Walk, boundary_receiver, surface_bsdf};
+use super::walk::{Branch, Carries, Met, Spread, Turn, Walk, boundary_receiver, surface_bsdf};
 use super::weights::{History, Onward, square};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, Lobe};
@@ -35,7 +35,7 @@ pub(super) struct LightVertex<'v, 'a> {
 const BOTH_WAYS: usize = 3;
 
 /// Ways that a path takes when it has come to the end of others: at most one for each boundary.
-pub(super) type Branches = ArrayVec<Walk, BOTH_WAYS>;
+pub(super) type Branches = ArrayVec<Branch, BOTH_WAYS>;
 
 /// Where a light path begins.
 #[derive(Default)]
@@ -84,7 +84,7 @@ impl<'a> LightTracer<'_, 'a> {
             });
             if extended.is_none() || walk.depth >= self.max_depth {
                 match branches.pop() {
-                    Some(branch) => walk = branch,
+                    Some(branch) => branch.take(&mut walk, stream),
                     None => return,
                 }
             }
@@ -232,7 +232,7 @@ impl<'a> LightTracer<'_, 'a> {
         let (first, other) = walk.cross_both_ways(self.world, at, how, &history, stream);
         branches.extend(other);
         first.or_else(|| {
-            *walk = branches.pop()?;
+            branches.pop()?.take(walk, stream);
             Some(())
         })
     }

@@ -45,9 +45,6 @@ pub(super) trait Visitor<'a> {
         vertex: LightVertex<'_, 'a>,
         stream: &mut SampleStream,
     );
-
-    /// A path has ended, with its sample stream as it leaves it.
-    fn end(&mut self, _start: &PathStart, _stream: &SampleStream) {}
 }
 
 /// Traces paths.
@@ -58,10 +55,10 @@ pub(super) fn trace_all<'a>(
     visitor: &mut impl Visitor<'a>,
 ) {
     let mut wave = Wave::new();
-    while wave.begin(tracer, &mut paths, visitor) {
+    while wave.begin(tracer, &mut paths) {
         wave.extend(tracer, flats, visitor);
         wave.extend_from_flats(tracer, flats, visitor);
-        wave.end(tracer, visitor);
+        wave.end(tracer);
     }
 }
 
@@ -92,7 +89,6 @@ impl Wave {
         &mut self,
         tracer: &LightTracer<'_, 'a>,
         paths: &mut impl Iterator<Item = (PathStart, SampleStream)>,
-        visitor: &mut impl Visitor<'a>,
     ) -> bool {
         let room = WAVE - self.active.len();
         let mut chosen = ArrayVec::<(PathStart, SampleStream, Option<Chosen>), WAVE>::new();
@@ -116,7 +112,6 @@ impl Wave {
                 self.active.push(place);
             } else {
                 self.free.push(place);
-                visitor.end(start, stream);
             }
         }
         is_any
@@ -232,7 +227,7 @@ impl Wave {
     }
 
     /// Lets paths that have come to an end take the ways that are left to them, and ends those that have none.
-    fn end<'a>(&mut self, tracer: &LightTracer<'_, 'a>, visitor: &mut impl Visitor<'a>) {
+    fn end(&mut self, tracer: &LightTracer) {
         let Wave {
             paths,
             branches,
@@ -245,11 +240,10 @@ impl Wave {
                 return true;
             }
             path.has_ended = false;
-            if let Some(walk) = branches[usize::from(place)].pop() {
-                path.walk = walk;
+            if let Some(branch) = branches[usize::from(place)].pop() {
+                branch.take(&mut path.walk, &mut path.stream);
                 return true;
             }
-            visitor.end(&path.start, &path.stream);
             free.push(place);
             false
         });

@@ -119,7 +119,8 @@ impl Bdpt {
         let room = (usize::from(joins), tracer.max_depth);
         let mut light_paths = LightPaths::in_spare(&mut context.workspace.vertices, room);
         if joins {
-            tracer.trace(context.ray.time, context.stream, |light, vertex, _| {
+            let numbers = &mut context.stream.fork();
+            tracer.trace(context.ray.time, numbers, |light, vertex, _| {
                 light_paths.push(0, light, &vertex);
             });
         }
@@ -133,7 +134,7 @@ impl Bdpt {
             light_path: light_paths.path(0),
             waiting: None,
         };
-        while path.extend().or_else(|| path.trail.turn_back()).is_some() {}
+        while path.extend().or_else(|| path.turn_back()).is_some() {}
         let parts = [trail.radiance, trail.joined];
         light_paths.give_back(&mut context.workspace.vertices);
         parts

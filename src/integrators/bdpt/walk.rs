@@ -57,6 +57,20 @@ pub(super) struct Walk {
     null_surfaces: u32,
 }
 
+/// A way that a subpath takes when it has come to the end of others, with the numbers that it goes on with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Branch {
+    walk: Walk,
+    stream: SampleStream,
+}
+
+impl Branch {
+    /// Lets the subpath take this way.
+    pub(super) fn take(self, walk: &mut Walk, stream: &mut SampleStream) {
+        (*walk, *stream) = (self.walk, self.stream);
+    }
+}
+
 /// What a subpath meets.
 #[derive(Clone, Copy)]
 pub(super) enum Met {
@@ -215,7 +229,7 @@ impl Walk {
         self.russian_roulette(judged, stream)
     }
 
-    /// Does what [`Walk::cross`] does, but takes both ways of glass (`Ways::both`); the fainter one is returned. So what is lit by the
+    /// As [`Walk::cross`], but takes both ways of glass (`Ways::both`); the fainter one is returned. So what is lit by the
     /// brighter way depends on where the subpath came from alone.
     pub(super) fn cross_both_ways(
         &mut self,
@@ -224,23 +238,27 @@ impl Walk {
         (carries, connections): (Carries, f32),
         history: &History,
         stream: &mut SampleStream,
-    ) -> (Option<()>, Option<Walk>) {
+    ) -> (Option<()>, Option<Branch>) {
         let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
         stream.skip_1d();
         let u = stream.next_2d().x;
-        let mut follow = |walk: &mut Walk, way| {
+        let numbers_of_other = stream.fork();
+        let follow = |walk: &mut Walk, way, stream: &mut SampleStream| {
             let judged = walk.follow(world, hit, way, carries, (history, connections))?;
             walk.russian_roulette(judged, stream)
         };
         let Some((brighter, (fainter, chance))) = ways.both() else {
             let only = ways.choose(carries.evenness(), u);
-            return (only.and_then(|way| follow(self, way)), None);
+            return (only.and_then(|way| follow(self, way, stream)), None);
         };
-        let mut other = (u < chance).then_some(*self);
-        let first = follow(self, (brighter, 1.0));
+        let mut other = (u < chance).then_some(Branch {
+            walk: *self,
+            stream: numbers_of_other,
+        });
+        let first = follow(self, (brighter, 1.0), stream);
         let second = other
             .as_mut()
-            .and_then(|walk| follow(walk, (fainter, chance)));
+            .and_then(|other| follow(&mut other.walk, (fainter, chance), &mut other.stream));
         (first, other.filter(|_| second.is_some()))
     }
 

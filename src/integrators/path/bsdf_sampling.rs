@@ -1,7 +1,7 @@
 //! BSDF sampling: where a path continues at a surface, or below it.
 
 use super::emission::MisState;
-use super::{BOTH_WAYS, PathState};
+use super::{BOTH_WAYS, Branch, PathState};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, Way};
 use crate::integrators::subsurface::find_exit;
@@ -67,15 +67,19 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         stream.skip_2d();
         stream.skip_1d();
         let u = stream.next_2d().x;
+        let numbers_of_other = stream.fork();
         let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
         let Some((brighter, (fainter, chance))) = ways.both() else {
             return self.follow(hit, ways.choose(0.0, u)?);
         };
         if u < chance {
             let before = self.trail;
+            let numbers = std::mem::replace(stream, numbers_of_other);
             let goes_on = self.follow(hit, (fainter, chance));
             let trail = std::mem::replace(&mut self.trail, before);
-            self.branches.extend(goes_on.map(|()| trail));
+            let stream = std::mem::replace(self.context.stream, numbers);
+            self.branches
+                .extend(goes_on.map(|()| Branch { trail, stream }));
         }
         self.follow(hit, (brighter, 1.0))
     }

@@ -1,7 +1,7 @@
 //! Paths through participating media, and through the surfaces without material that bound them.
 
 use super::emission::MisState;
-use super::{MAX_NULL_SURFACES, PathState, Trail};
+use super::{Branch, MAX_NULL_SURFACES, PathState, Trail};
 use crate::accel::GeometryHit;
 use crate::handles::MediumId;
 use crate::integrators::vertex::{MediumVertex, Vertex};
@@ -67,6 +67,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let chance_of_scattering = (1.0 / ratio).sqrt().min(1.0);
         let chance_of_passing = ratio.sqrt().min(1.0);
         let u = self.context.stream.next_1d();
+        let numbers_of_passing = self.context.stream.fork();
         let scattered = scattered / chance_of_scattering;
         if u >= chance_of_passing {
             self.trail.throughput = scattered;
@@ -75,6 +76,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if u < chance_of_scattering {
             self.branch_off(scattered, &vertex, hit);
         }
+        *self.context.stream = numbers_of_passing;
         self.trail.throughput = passed / chance_of_passing;
         None
     }
@@ -104,7 +106,9 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         self.trail.throughput = throughput;
         let left = self.scatter_in_medium(vertex);
         let left = left.and_then(|()| self.russian_roulette());
-        self.branches.extend(left.map(|()| self.trail));
+        let (trail, stream) = (self.trail, *self.context.stream);
+        self.branches
+            .extend(left.map(|()| Branch { trail, stream }));
         let passing = Trail {
             radiance: self.trail.radiance,
             ..before

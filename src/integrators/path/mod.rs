@@ -30,6 +30,7 @@ use crate::lights::SelectionStrategy;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, color::is_black};
 use crate::params::ParamReader;
+use crate::samplers::SampleStream;
 use crate::world::World;
 use arrayvec::ArrayVec;
 use emission::MisState;
@@ -199,6 +200,13 @@ impl Trail {
     }
 }
 
+/// A way that a path takes when it has come to the end of others, with the numbers that it goes on with.
+#[derive(Clone, Copy)]
+struct Branch {
+    trail: Trail,
+    stream: SampleStream,
+}
+
 /// A path being traced. Its methods return `None` where it ends.
 struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     path: &'a Path,
@@ -208,8 +216,8 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     /// Every step is reported.
     reports: bool,
     trail: Trail,
-    /// The ways that the path takes when it has come to the end of others: the last one first.
-    branches: ArrayVec<Trail, MAX_BRANCHES>,
+    /// The last one is taken first.
+    branches: ArrayVec<Branch, MAX_BRANCHES>,
 }
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -237,8 +245,9 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
 
     /// Takes the way that is left, if there is one.
     fn turn_back(&mut self) -> Option<()> {
-        let branch = self.branches.pop()?;
-        self.trail.turn_to(branch);
+        let Branch { trail, stream } = self.branches.pop()?;
+        self.trail.turn_to(trail);
+        *self.context.stream = stream;
         Some(())
     }
 

@@ -10,7 +10,7 @@ mod emitters;
 
 use super::emission::{MisState, Sampled};
 use super::lamps::{Gain, Lamps};
-use super::{BOTH_WAYS, Path, PathState, Trail};
+use super::{BOTH_WAYS, Branch, Path, PathState, Trail};
 use crate::accel::{BareHits, BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
 use crate::bsdf::{Coated, Matte, Scatterer};
 use crate::integrators::Sight;
@@ -45,7 +45,7 @@ struct Paths {
     /// By path.
     trails: Vec<Trail>,
     /// The ways that are left to paths.
-    branches: ArrayVec<(u32, Trail), { BOTH_WAYS as usize * WAVE }>,
+    branches: ArrayVec<(u32, Branch), { BOTH_WAYS as usize * WAVE }>,
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
@@ -126,7 +126,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             is_first = false;
             is_watched = self.see(wave);
             if wave.paths.walking.is_empty() {
-                wave.paths.turn_back();
+                wave.paths.turn_back(self.bundle.paths);
             }
         }
     }
@@ -375,7 +375,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
 
 impl Paths {
     /// Where all have ended, those to which ways are left take the last of them, as a path alone would.
-    fn turn_back(&mut self) {
+    fn turn_back(&mut self, paths: &mut [CameraPath]) {
         let mut last = [0; WAVE];
         for (place, &(path, _)) in self.branches.iter().enumerate() {
             last[path as usize] = place;
@@ -384,7 +384,8 @@ impl Paths {
         self.branches.retain(|&mut (path, branch)| {
             let is_last = last[path as usize] == place;
             if is_last {
-                self.trails[path as usize].turn_to(branch);
+                self.trails[path as usize].turn_to(branch.trail);
+                *paths[path as usize].stream = branch.stream;
                 self.walking.push(path);
             }
             place += 1;
