@@ -254,17 +254,17 @@ impl Chances {
 /// side, and where in it, in [0, 1). What has no width is never met, whatever is lost to rounding.
 pub(super) fn pick(values: &[f32], mut left: f32) -> (usize, f32) {
     let mut chosen = 0;
-    let mut rest = 0.0;
+    let (mut inside, mut width) = (0.0, 1.0);
     for (position, &value) in values.iter().enumerate() {
         if value > 0.0 {
-            (chosen, rest) = (position, left / value);
+            (chosen, inside, width) = (position, left, value);
             if left < value {
                 break;
             }
             left -= value;
         }
     }
-    (chosen, rest.clamp(0.0, 1.0 - f32::EPSILON))
+    (chosen, (inside / width).clamp(0.0, 1.0 - f32::EPSILON))
 }
 
 /// In an order of its own: the same bits whatever the processor's lanes.

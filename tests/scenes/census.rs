@@ -33,6 +33,8 @@ const HEAVY: &[(&str, f64)] = &[
     // Its sphere shows the caustic through glass and by a lamp of two triangles.
     ("areatri_glassball_bdpt", 8.0),
     ("twolights_glassball_bdpt", 8.0),
+    // So few samples are bright in a dark block above its mirror that not even their variance is known.
+    ("areasphere_sdsmirror_bdpt", 8.0),
 ];
 
 /// Blocks whose light is less than this part of the mean are made black: it is what a few of a hundred thousand paths bring, and

@@ -57,7 +57,7 @@ pub(super) struct Walk {
     null_surfaces: u32,
 }
 
-/// A way that a subpath takes when it has come to the end of others, with the numbers that it goes on with.
+/// A way that a subpath takes when it has come to the end of others, and its numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Branch {
     walk: Walk,

@@ -200,7 +200,7 @@ impl Trail {
     }
 }
 
-/// A way that a path takes when it has come to the end of others, with the numbers that it goes on with.
+/// A way that a path takes when it has come to the end of others, and its numbers.
 #[derive(Clone, Copy)]
 struct Branch {
     trail: Trail,
