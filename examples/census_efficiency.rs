@@ -85,7 +85,7 @@ impl Cost {
 }
 
 fn main() -> Answer<()> {
-    let wanted = wanted();
+    let wanted = wanted()?;
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let page = one.install(|| measure_all(&wanted))?;
     if wanted.names.is_empty() {
@@ -95,7 +95,7 @@ fn main() -> Answer<()> {
     Ok(())
 }
 
-fn wanted() -> Wanted {
+fn wanted() -> Answer<Wanted> {
     let mut wanted = Wanted {
         seeds: SEEDS,
         sobol: false,
@@ -106,13 +106,13 @@ fn wanted() -> Wanted {
         match argument.parse() {
             Ok(seeds) => wanted.seeds = u64::max(seeds, 2),
             Err(_) if argument == "sobol" => wanted.sobol = true,
-            Err(_) => match argument.strip_prefix("cornell=").map(str::parse) {
-                Some(Ok(seconds)) => wanted.cornell = Some(seconds),
-                _ => wanted.names.push(argument),
+            Err(_) => match argument.strip_prefix("cornell=") {
+                Some(seconds) => wanted.cornell = Some(seconds.parse()?),
+                None => wanted.names.push(argument),
             },
         }
     }
-    wanted
+    Ok(wanted)
 }
 
 /// Measures the scenes that are wanted and returns the page.

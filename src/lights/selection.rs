@@ -70,7 +70,7 @@ pub struct Selected {
     pub light: LightId,
     /// Its probability.
     pub pmf: f32,
-    /// The place of that number among all that choose this light, in [0, 1); with as few digits left as the light is improbable.
+    /// Where that number lies in the interval that chose the light, in [0, 1); with as few digits left as that is narrow.
     pub rest: f32,
 }
 

@@ -8,8 +8,8 @@ use crate::math::sampling::BELOW_ONE;
 /// Numbers for the choice of one of several things, and for a point of the one that is chosen.
 ///
 /// Low-discrepancy points choose by their own first number, stretched afterwards over what would have chosen the same: the points of each
-/// thing are stratified as if it were the only one. Independent points gain nothing by that, and a grid has too few columns for it:
-/// both have another number for the choice.
+/// thing of a probability of 1/256 and more are stratified nearly as if it were the only one (exactly, if what chooses it is an elementary interval). Independent
+/// points gain nothing by that, and a grid of n² cells would choose by n columns instead of n² intervals: both have another number for the choice.
 #[derive(Clone, Copy, Debug)]
 pub struct ChoiceSample {
     /// Chooses, in [0, 1).
@@ -42,7 +42,7 @@ impl ChoiceSample {
 }
 
 impl SampleStream {
-    /// The next number for a choice, if there `is_choice`, and the next pair.
+    /// The next number for a choice, if it `is_choice`, and the next pair.
     #[inline]
     pub fn next_choice(&mut self, is_choice: bool) -> ChoiceSample {
         let is_shared = is_choice && matches!(self, SampleStream::Sobol(_));
@@ -82,6 +82,8 @@ mod tests {
             let mut stream = sampler.stream(IVec2::ZERO, i);
             for number in 0..all {
                 let numbers = stream.next_choice(true).within(number, all);
+                let part = numbers.choice * all as f32;
+                assert!((part - number as f32 - 0.5).abs() < 0.5001, "{part}");
                 let (chosen, rest) = choose(numbers.choice);
                 points[chosen].push(numbers.point(PROBABILITIES[chosen], rest));
             }

@@ -23,7 +23,6 @@ mod random;
 mod sobol;
 mod stratified;
 
-pub use choice::ChoiceSample;
 pub use stratified::Stratified;
 
 use crate::math::hash::{mix, mix2};

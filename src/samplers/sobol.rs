@@ -152,13 +152,10 @@ impl SobolStream {
     pub(super) fn fork(&mut self) -> SobolStream {
         let first = first_of_fork(self.sets);
         self.sets = self.sets.wrapping_add(1);
-        let pairs = match self.pairs.used {
-            0..=2 => Drawn {
-                number: first,
-                used: self.pairs.used,
-                ..Drawn::NOTHING
-            },
-            _ => Drawn::NOTHING,
+        let pairs = Drawn {
+            number: first,
+            used: self.pairs.used,
+            ..Drawn::NOTHING
         };
         SobolStream {
             points: self.points,

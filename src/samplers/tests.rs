@@ -108,7 +108,7 @@ fn forks_have_numbers_of_their_own() {
             singles.sort_unstable_by(f32::total_cmp);
             let count = singles.len();
             singles.dedup();
-            // Two of these sixty numbers of 24 bits would be equal by chance once in 9,000 times.
+            // Two of these sixty numbers of 23 bits would be equal by chance once in 4,700 times.
             assert_eq!(singles.len(), count, "{spec:?}");
             let mut pairs: Vec<f32> = ways
                 .iter()

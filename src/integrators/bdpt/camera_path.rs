@@ -28,8 +28,8 @@ use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
 use arrayvec::ArrayVec;
 
-/// A path takes both ways at the first so many boundaries, if it has come to them by boundaries and mirrors alone. Measured, as for light
-/// paths (see [`super::light_path::LightTracer::cross`]).
+/// Before so many scattering events a path takes both ways at a boundary that it comes to from the camera, another boundary or a mirror
+/// (docs/notes/light-paths.md, "Smooth boundaries").
 const BOTH_WAYS: usize = 3;
 
 /// What a path from the camera has come to.
@@ -40,7 +40,7 @@ pub(super) struct Trail {
     pub radiance: Rgb,
     /// Light by s ≥ 2.
     pub joined: Rgb,
-    /// The last one is taken first.
+    /// Ways that are left. The last one is taken first.
     branches: ArrayVec<Branch, BOTH_WAYS>,
 }
 
@@ -179,7 +179,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         self.scatter((hit, bsdf), &history, differentials)
     }
 
-    /// Extends the path by a vertex on a smooth boundary. At the first few it takes both ways, so that neither is noisy for the choice.
+    /// Extends the path by a vertex on a smooth boundary. Early in the path it takes both ways, so that neither is noisy for the choice.
     fn cross(&mut self, at: (&GeometryHit, &Boundary), history: &History) -> Option<()> {
         if self.trail.walk.depth >= self.bdpt.max_depth || self.is_spent() {
             return None;

@@ -64,12 +64,7 @@ pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAV
     bundle.workspace.buffers = Some(buffers);
 }
 
-/// Stores light paths.
-struct PathRecorder<'a> {
-    light_paths: LightPaths<'a>,
-}
-
-impl<'a> Visitor<'a> for PathRecorder<'a> {
+impl<'a> Visitor<'a> for LightPaths<'a> {
     fn visit(
         &mut self,
         start: &PathStart,
@@ -77,7 +72,7 @@ impl<'a> Visitor<'a> for PathRecorder<'a> {
         vertex: LightVertex<'_, 'a>,
         _: &mut SampleStream,
     ) {
-        self.light_paths.push(start.path as usize, light, &vertex);
+        self.push(start.path as usize, light, &vertex);
     }
 }
 
@@ -112,11 +107,10 @@ impl<'a> Wave<'a, '_> {
         // For as many as may ever be joined at once: chance decides, and no later wave is to allocate more.
         let most = if self.bdpt.connections > 0.0 { WAVE } else { 0 };
         let room = (most, tracer.max_depth);
-        let light_paths = LightPaths::in_spare(&mut workspace.vertices, room);
+        let mut light_paths = LightPaths::in_spare(&mut workspace.vertices, room);
         if joined.is_empty() {
             return light_paths;
         }
-        let mut recorder = PathRecorder { light_paths };
         let begin = |&path: &u32| {
             let of_camera = &mut paths[path as usize];
             let start = PathStart {
@@ -127,8 +121,8 @@ impl<'a> Wave<'a, '_> {
             (start, of_camera.stream.fork())
         };
         let flats = &mut self.buffers.flats;
-        trace_all(&tracer, joined.iter().map(begin), flats, &mut recorder);
-        recorder.light_paths
+        trace_all(&tracer, joined.iter().map(begin), flats, &mut light_paths);
+        light_paths
     }
 
     /// Extends all paths by a vertex.

@@ -31,7 +31,7 @@ pub(super) struct LightVertex<'v, 'a> {
     pub depth: u32,
 }
 
-/// At so many boundaries that light from the lamp comes to first, paths take both ways.
+/// Before so many scattering events paths take both ways at a boundary that they come to from the lamp, another boundary or a mirror.
 const BOTH_WAYS: usize = 3;
 
 /// Ways that a path takes when it has come to the end of others: at most one for each boundary.
@@ -225,7 +225,6 @@ impl<'a> LightTracer<'_, 'a> {
         }
         let how = (Carries::Importance, self.bdpt.connections);
         let at = (hit, boundary);
-        // Where it came straight from the light by boundaries alone.
         if walk.depth >= BOTH_WAYS as u32 || !walk.after_delta {
             return walk.cross(self.world, at, how, &history, stream);
         }

@@ -167,3 +167,25 @@ fn what_glass_lets_through_is_no_matter_of_chance() {
         assert!(count == 1 || others > 10, "{others}");
     }
 }
+
+#[test]
+fn nor_is_what_the_camera_sees_through_it() {
+    for count in [1, 3] {
+        // From above the panes, with a lamp below them.
+        let text = panes(count)
+            .replacen(
+                "LookAt 0 1 -3  0 0 0  0 1 0",
+                "LookAt 0 8 0  0 0 0  0 0 1",
+                1,
+            )
+            .replacen(
+                "\"spot\" \"point from\" [ 0 6 0 ]",
+                "\"point\" \"point from\" [ 0 1 0 ]",
+                1,
+            )
+            .replacen("\"point to\" [ 0.5 0 0 ] \"float coneangle\" 8", "", 1);
+        let radiances = one_by_one(&joined(&text, 0.0), 200.0).radiances;
+        let black = radiances.iter().filter(|&&light| is_black(light)).count();
+        assert_eq!(black, 0, "{count} panes, {} paths", radiances.len());
+    }
+}

@@ -216,7 +216,7 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     /// Every step is reported.
     reports: bool,
     trail: Trail,
-    /// The last one is taken first.
+    /// Ways that are left. The last one is taken first.
     branches: ArrayVec<Branch, MAX_BRANCHES>,
 }
 
@@ -243,7 +243,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         self.arrive_at(hit.as_ref(), |path, hit, bsdf| path.scatter(hit, bsdf))
     }
 
-    /// Takes the way that is left, if there is one.
+    /// Takes the last of the ways that are left, if there is one.
     fn turn_back(&mut self) -> Option<()> {
         let Branch { trail, stream } = self.branches.pop()?;
         self.trail.turn_to(trail);
@@ -344,8 +344,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         }
     }
 
-    /// Looks at what is behind the point where the path scatters in a medium, or goes both ways, for layers. Its numbers are those that follow, so that
-    /// they do not depend on whether it scatters.
+    /// Looks at what is behind the point where the path scatters in a medium, or goes both ways, for layers, by the numbers that the path has then.
     fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
         let (world, numbers) = (self.context.world, *self.context.stream);
         let (ray, differentials) = (self.trail.ray, self.differentials);

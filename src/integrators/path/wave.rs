@@ -381,12 +381,13 @@ impl Paths {
             last[path as usize] = place;
         }
         let mut place = 0;
-        self.branches.retain(|&mut (path, branch)| {
-            let is_last = last[path as usize] == place;
+        self.branches.retain(|(path, branch)| {
+            let index = *path as usize;
+            let is_last = last[index] == place;
             if is_last {
-                self.trails[path as usize].turn_to(branch.trail);
-                *paths[path as usize].stream = branch.stream;
-                self.walking.push(path);
+                self.trails[index].turn_to(branch.trail);
+                *paths[index].stream = branch.stream;
+                self.walking.push(*path);
             }
             place += 1;
             !is_last
