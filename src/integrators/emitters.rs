@@ -8,6 +8,7 @@ use crate::math::adaptive_density::{AdaptiveDensity, Found, Sampled};
 use crate::math::sampling::BELOW_ONE;
 use crate::math::{Vec2, Vec3};
 use crate::samplers::SampleStream;
+use crate::samplers::choice::MIN_SHARED;
 use crate::world::World;
 
 /// What paths need that begin at a light.
@@ -34,9 +35,6 @@ pub(super) struct Chosen {
     /// Where a guide has led.
     guided: Option<Sampled>,
 }
-
-/// Less probable lights have rays by numbers of their own: too few digits are left of that which chose them.
-const MIN_SHARED: f32 = 1.0 / 256.0;
 
 /// Numbers of sample streams are multiples of this.
 const RESOLUTION: f32 = 1.0 / (1u32 << 23) as f32;

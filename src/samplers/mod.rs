@@ -12,7 +12,7 @@
 
 mod adaptive;
 mod best_candidate;
-mod choice;
+pub(crate) mod choice;
 mod count;
 mod halton;
 mod low_discrepancy;
