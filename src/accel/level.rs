@@ -11,6 +11,7 @@ use super::primitive::{Item, OtherKind, PrimitiveId};
 use super::tree::Tree;
 use super::{GeometryError, PrimitiveAttributes};
 use crate::math::{DVec3, Vec2, Vec3};
+use crate::shapes::ball::Ball;
 use crate::shapes::quadric::Quadric;
 use crate::shapes::triangle::{Orientation, Triangle};
 use rayon::prelude::*;
@@ -272,6 +273,12 @@ impl Level {
             OtherKind::Curve => self.curves.attributes(id.index()),
             _ => &self.quadrics[id.index()].attributes,
         }
+    }
+
+    /// The quadric `id`, if it is a whole sphere.
+    pub(super) fn ball(&self, id: PrimitiveId) -> Option<&Ball> {
+        let is_quadric = id.is_other() && id.kind() == OtherKind::Quadric;
+        is_quadric.then(|| self.quadrics[id.index()].quadric.ball())?
     }
 
     fn corners(&self, id: usize) -> [Vec3; 3] {

@@ -23,6 +23,7 @@ pub mod memory;
 mod node;
 mod packet;
 mod pages;
+mod passage;
 mod primitive;
 mod ray;
 mod resolve;
@@ -38,6 +39,7 @@ pub use aabb::Aabb;
 pub(crate) use bare::{BareHits, BareTriangle};
 pub use collect::GeometryBuilder;
 pub(crate) use flat::FlatHits;
+pub(crate) use passage::{Crossing, Passage};
 pub use search::ClosestHit;
 pub(crate) use smooth::SmoothHits;
 pub use thing::{Standing, Thing};
@@ -164,7 +166,7 @@ impl Geometry {
         alpha: &impl Alpha,
         found: &mut [Option<ClosestHit>],
     ) {
-        Search::<_, false>::run(self, rays, alpha, found);
+        Search::<_, false>::run(self, rays, alpha, (found, &mut []));
     }
 
     /// The surface that this ray has hit.
@@ -249,7 +251,18 @@ impl Geometry {
 
     /// Something on each of the `rays` nearer than its end, if there is anything; `found` has as many places.
     pub fn occluders(&self, rays: &[Ray], alpha: &impl Alpha, found: &mut [Option<ClosestHit>]) {
-        Search::<_, true>::run(self, rays, alpha, found);
+        Search::<_, true>::run(self, rays, alpha, (found, &mut []));
+    }
+
+    /// As [`Geometry::occluders`], but surfaces without material block nothing: `passages`, of which there are as many, tell of those where media
+    /// may change. Cut-outs for shadow rays only do not count.
+    pub(crate) fn passages(
+        &self,
+        rays: &[Ray],
+        alpha: &impl Alpha,
+        (found, passages): (&mut [Option<ClosestHit>], &mut [Passage]),
+    ) {
+        Search::<_, true>::run(self, rays, alpha, (found, passages));
     }
 
     /// Returns `true` if there is any surface without material, or with a cut-out for shadow rays only. If not,

@@ -2,6 +2,7 @@
 
 use super::instance::InnerRay;
 use super::level::Level;
+use super::passage::Passage;
 use super::primitive::{OtherKind, PrimitiveId};
 use super::stack::{LastFirst, NearestFirst};
 use super::tree::{Visitor, Visitors};
@@ -41,7 +42,7 @@ pub(super) struct Scope<'a, A> {
     alpha: &'a A,
 }
 
-/// A search in one level. `SHADOW` accepts any hit and evaluates shadow alpha too.
+/// A search in one level. `SHADOW` accepts any hit and, where the ray has no passage, evaluates shadow alpha too.
 pub(super) struct Search<'a, A, const SHADOW: bool> {
     scope: &'a Scope<'a, A>,
     time: f32,
@@ -51,15 +52,17 @@ pub(super) struct Search<'a, A, const SHADOW: bool> {
     t_max: f32,
     /// `t` in units of this level's ray.
     pub found: Option<ClosestHit>,
+    /// What the ray passes, if surfaces without material do not count as hits.
+    passage: Option<&'a mut Passage>,
 }
 
 impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
-    /// Searches the top level along each of the `rays`, one after the other.
+    /// Searches the top level along each of the `rays`, one after the other. Those that have `passages` pass surfaces without material.
     pub(super) fn run(
         geometry: &'a Geometry,
         rays: &[Ray],
         alpha: &'a A,
-        found: &mut [Option<ClosestHit>],
+        (found, passages): (&mut [Option<ClosestHit>], &mut [Passage]),
     ) {
         let scope = Scope {
             geometry,
@@ -67,7 +70,7 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
             render_from_level: None,
             alpha,
         };
-        Searches::<A, SHADOW>::go(&scope, rays, found);
+        Searches::<A, SHADOW>::go(&scope, rays, (found, passages));
     }
 
     /// The ray of this level in double precision, for non-triangle primitives.
@@ -108,12 +111,38 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
         let solid = |input: Option<FloatInput>| {
             input.is_none_or(|input| (self.scope.alpha)(&input, &point) != 0.0)
         };
-        solid(mesh.attributes.alpha) && (!SHADOW || solid(mesh.attributes.shadow_alpha))
+        let is_shadow = SHADOW && self.passage.is_none();
+        solid(mesh.attributes.alpha) && (!is_shadow || solid(mesh.attributes.shadow_alpha))
+    }
+
+    /// Notes that the ray meets a primitive at `t`, if it passes that. Otherwise returns `false`.
+    #[inline(always)]
+    fn passes(&mut self, id: PrimitiveId, t: f32) -> bool {
+        SHADOW && self.passage.is_some() && self.has_passed(id, t)
+    }
+
+    #[inline(never)]
+    fn has_passed(&mut self, id: PrimitiveId, t: f32) -> bool {
+        let (ray, level) = (self.precise(), self.scope.level);
+        let attributes = level.attributes(id);
+        if attributes.material.is_some() {
+            return false;
+        }
+        if let (Some(passage), Some(interface)) = (&mut self.passage, attributes.interface) {
+            match self.scope.render_from_level {
+                None => passage.add((level, id, interface), ray, (t, self.t_max)),
+                Some(_) => passage.crowd(),
+            }
+        }
+        true
     }
 
     /// Accepts a hit at `t` if it is the nearest so far.
     fn accept_nearer(&mut self, id: PrimitiveId, t: Option<f64>) -> bool {
-        t.is_some_and(|t| self.is_nearer(id, t as f32) && self.accept(id, t as f32))
+        t.is_some_and(|t| {
+            let t = t as f32;
+            self.is_nearer(id, t) && !self.passes(id, t) && self.accept(id, t)
+        })
     }
 
     /// Returns `true` if a hit is the nearest so far: of equally near ones of a level the first counts, in whatever order they are found.
@@ -169,7 +198,17 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
             render_from_level: Some(&render_from_level),
             ..*self.scope
         };
-        Searches::<A, SHADOW>::go(&scope, std::slice::from_ref(&ray), &mut found);
+        let mut inside = Passage::default();
+        let passages = match self.passage {
+            Some(_) => std::slice::from_mut(&mut inside),
+            None => &mut [],
+        };
+        Searches::<A, SHADOW>::go(&scope, std::slice::from_ref(&ray), (&mut found, passages));
+        if let Some(passage) = &mut self.passage
+            && !inside.is_clear()
+        {
+            passage.crowd();
+        }
         let [Some(found)] = found else {
             return false;
         };
@@ -183,15 +222,21 @@ struct Searches<'a, A, const SHADOW: bool> {
     scope: &'a Scope<'a, A>,
     rays: std::slice::Iter<'a, Ray>,
     found: std::slice::IterMut<'a, Option<ClosestHit>>,
+    passages: std::slice::IterMut<'a, Passage>,
 }
 
 impl<'a, A: Alpha, const SHADOW: bool> Searches<'a, A, SHADOW> {
-    fn go(scope: &'a Scope<'a, A>, rays: &'a [Ray], found: &'a mut [Option<ClosestHit>]) {
+    fn go(
+        scope: &'a Scope<'a, A>,
+        rays: &'a [Ray],
+        (found, passages): (&'a mut [Option<ClosestHit>], &'a mut [Passage]),
+    ) {
         let tree = &scope.level.tree;
         let searches = Searches::<A, SHADOW> {
             scope,
             rays: rays.iter(),
             found: found.iter_mut(),
+            passages: passages.iter_mut(),
         };
         if let Some(few) = &scope.level.few {
             few.visit(tree.instructions, rays.len(), searches);
@@ -216,6 +261,7 @@ impl<'a, A: Alpha, const SHADOW: bool> Visitors for Searches<'a, A, SHADOW> {
             d: ray.d,
             t_max: ray.t_max,
             found: None,
+            passage: if SHADOW { self.passages.next() } else { None },
         };
         Some((ray.o, ray.d, search))
     }
@@ -237,10 +283,10 @@ impl<A: Alpha, const SHADOW: bool> Visitor for Search<'_, A, SHADOW> {
     #[inline(always)]
     fn triangle(&mut self, id: PrimitiveId, t: f64) -> bool {
         let t = t as f32;
-        if self.is_nearer(id, t) && (!id.is_cut_out() || self.is_solid(id)) {
-            return self.accept(id, t);
-        }
-        false
+        self.is_nearer(id, t)
+            && (!id.is_cut_out() || self.is_solid(id))
+            && !self.passes(id, t)
+            && self.accept(id, t)
     }
 
     #[inline(always)]

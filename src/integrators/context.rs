@@ -32,7 +32,7 @@ pub struct Workspace {
     pub(super) vertices: SpareVertices,
     /// For `bdpt`, which walks many paths side by side.
     pub(super) buffers: Option<Box<WaveBuffers>>,
-    /// For `path`, which does so as well.
+    /// For `path` and `volpath`, which do so as well.
     pub(super) wave: Option<Box<Wave>>,
 }
 

@@ -61,6 +61,9 @@ pub use stand_in::LightTracer;
 pub use volpath::VolPath;
 pub use whitted::Whitted;
 
+/// Before so many scattering events paths take both ways at smooth glass (docs/notes/light-paths.md, "Smooth boundaries").
+const BOTH_WAYS: u32 = 3;
+
 /// Integrator and the pixels it is confined to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegratorSettings {
@@ -137,7 +140,9 @@ impl Integrator {
     #[inline(never)]
     pub fn workspace(&self, world: &World) -> Workspace {
         let wave = match &self.spec {
-            IntegratorSpec::Path(_) => Some(Box::new(Wave::new(world))),
+            IntegratorSpec::Path(_) | IntegratorSpec::VolPath(_) => {
+                Some(Box::new(Wave::new(world)))
+            }
             _ => None,
         };
         Workspace {

@@ -1,6 +1,6 @@
 //! Shadow rays that wait to be traced together, and what arrives along those that meet nothing.
 
-use crate::accel::ClosestHit;
+use crate::accel::{ClosestHit, Passage};
 use crate::math::ray::Ray;
 use crate::world::World;
 use arrayvec::ArrayVec;
@@ -48,7 +48,56 @@ impl<G: Copy> Shadows<G> {
                 add(ray, gain);
             }
         }
+        self.clear();
+    }
+
+    /// Traces all that wait, for light that surfaces without material let pass: see [`unblocked`].
+    pub(super) fn trace_through(
+        &mut self,
+        world: &World,
+        mut add: impl FnMut(&Ray, G, Option<&mut Passage>),
+    ) {
+        unblocked(world, &self.rays, &mut self.found, |i, passage| {
+            add(&self.rays[i], self.gains[i], passage);
+        });
+        self.clear();
+    }
+
+    fn clear(&mut self) {
         self.rays.clear();
         self.gains.clear();
+    }
+}
+
+/// Rays that are traced together where there are surfaces without material.
+const THROUGH: usize = 16;
+
+/// Calls `pass` with the number of each ray that nothing with a material blocks, and with what it passes if there are surfaces without one in
+/// the scene. `found` has at least as many places as there are rays.
+#[inline(always)]
+pub(super) fn unblocked(
+    world: &World,
+    rays: &[Ray],
+    found: &mut [Option<ClosestHit>],
+    mut pass: impl FnMut(usize, Option<&mut Passage>),
+) {
+    if !world.has_recoverable_surfaces() {
+        world.occluders(rays, &mut found[..rays.len()]);
+        for (i, found) in found[..rays.len()].iter().enumerate() {
+            if found.is_none() {
+                pass(i, None);
+            }
+        }
+        return;
+    }
+    for (group, rays) in rays.chunks(THROUGH).enumerate() {
+        let mut passages: [Passage; THROUGH] = Default::default();
+        let found = &mut found[..rays.len()];
+        world.passages(rays, (found, &mut passages[..rays.len()]));
+        for (i, (found, passage)) in found.iter().zip(&mut passages).enumerate() {
+            if found.is_none() {
+                pass(group * THROUGH + i, Some(passage));
+            }
+        }
     }
 }

@@ -190,11 +190,12 @@ impl MediumInterface {
 
     /// The medium that a ray in direction `d` enters, from a surface whose geometric normal is `n`.
     pub fn toward(&self, d: Vec3, n: Vec3) -> Option<MediumId> {
-        if d.dot(n) > 0.0 {
-            self.outside
-        } else {
-            self.inside
-        }
+        self.beyond(d.dot(n) > 0.0)
+    }
+
+    /// The medium on the side that the normal points to, if `outward`, or on the other.
+    pub(crate) fn beyond(&self, outward: bool) -> Option<MediumId> {
+        if outward { self.outside } else { self.inside }
     }
 }
 

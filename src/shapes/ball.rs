@@ -48,6 +48,18 @@ impl Ball {
         self.equation(o, d).nearest()
     }
 
+    /// Both places where the line `o + t d` crosses it, in units of `d`'s length, and whether it leaves on the side that the normal points to.
+    pub(crate) fn crossings(&self, o: DVec3, d: DVec3) -> [(f64, bool); 2] {
+        let Equation {
+            a,
+            b,
+            c,
+            discriminant,
+        } = self.equation(o, d);
+        let [enters, leaves] = roots_if_any(a, b, c, discriminant);
+        [(enters, self.inward), (leaves, !self.inward)]
+    }
+
     #[inline(always)]
     fn equation(&self, o: DVec3, d: DVec3) -> Equation {
         let o = o - self.center;

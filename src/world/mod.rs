@@ -1,7 +1,7 @@
 //! The immutable world: everything a render reads and nothing it writes, shared by all threads without locks. It holds
 //! only what its scene needs.
 
-use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit};
+use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit, Passage};
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, CoatedLobes};
 use crate::handles::{LightId, LightLayer, MaterialId, MediumId};
 use crate::inputs::FloatInput;
@@ -153,6 +153,16 @@ impl World {
     pub fn occluders(&self, rays: &[Ray], found: &mut [Option<ClosestHit>]) {
         let alpha = |input: &FloatInput, point: &TexturePoint| self.textures.float(input, point);
         self.geometry.occluders(rays, &alpha, found);
+    }
+
+    /// The same for light that surfaces without material let pass: see [`Geometry::passages`].
+    pub(crate) fn passages(
+        &self,
+        rays: &[Ray],
+        (found, passages): (&mut [Option<ClosestHit>], &mut [Passage]),
+    ) {
+        let alpha = |input: &FloatInput, point: &TexturePoint| self.textures.float(input, point);
+        self.geometry.passages(rays, &alpha, (found, passages));
     }
 
     /// See [`Geometry::has_recoverable_surfaces`].

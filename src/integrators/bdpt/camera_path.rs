@@ -7,18 +7,18 @@ use super::kept::LightPath;
 use super::light_end::Lit;
 use super::strategies::layer;
 use super::vertex::{FlatVertex, Vertex};
-use super::walk::{Branch, Carries, Met, Spread, Turn, Walk, surface_bsdf};
+use super::walk::{Branches, Carries, Met, Spread, Turn, Walk, surface_bsdf};
 use super::weights::{History, square, weight};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf};
 use crate::handles::LightId;
-use crate::integrators::Sight;
 use crate::integrators::context::Context;
 use crate::integrators::shadows::Shadows;
 use crate::integrators::subsurface::find_exit;
 use crate::integrators::vertex::MediumVertex;
 use crate::integrators::vertices::Next;
 use crate::integrators::witness;
+use crate::integrators::{BOTH_WAYS, Sight};
 use crate::lights::LightEnd;
 use crate::materials::Material;
 use crate::math::color::is_black;
@@ -26,11 +26,6 @@ use crate::math::ray::RayDifferentials;
 use crate::math::{Rgb, Vec3};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
-use arrayvec::ArrayVec;
-
-/// Before so many scattering events a path takes both ways at a boundary that it comes to from the camera, another boundary or a mirror
-/// (docs/notes/light-paths.md, "Smooth boundaries").
-const BOTH_WAYS: usize = 3;
 
 /// What a path from the camera has come to.
 #[derive(Default)]
@@ -41,7 +36,7 @@ pub(super) struct Trail {
     /// Light by s ≥ 2.
     pub joined: Rgb,
     /// Ways that are left. The last one is taken first.
-    branches: ArrayVec<Branch, BOTH_WAYS>,
+    branches: Branches,
 }
 
 impl Trail {
@@ -187,7 +182,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let how = (Carries::Radiance, self.bdpt.connections);
         let Context { world, stream, .. } = &mut *self.context;
         let walk = &mut self.trail.walk;
-        if walk.depth >= BOTH_WAYS as u32 || !walk.after_delta {
+        if walk.depth >= BOTH_WAYS {
             return walk.cross(world, at, how, history, stream);
         }
         let (first, other) = walk.cross_both_ways(world, at, how, history, stream);

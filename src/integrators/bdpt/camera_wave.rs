@@ -267,7 +267,7 @@ impl<'a> Wave<'a, '_> {
         let WaveBuffers {
             trails, shadows, ..
         } = &mut **buffers;
-        shadows.trace(bundle.world, |shadow, gain| {
+        shadows.trace_through(bundle.world, |shadow, gain, passage| {
             let mut context = bundle.context(gain.path as usize);
             let mut state = CameraPath {
                 bdpt,
@@ -277,7 +277,7 @@ impl<'a> Wave<'a, '_> {
                 light_path: LightPath::default(),
                 waiting: None,
             };
-            state.gain_unblocked(shadow, &gain);
+            state.gain_unblocked(shadow, &gain, passage);
         });
     }
 }
@@ -285,5 +285,5 @@ impl<'a> Wave<'a, '_> {
 /// Returns `true` if shadow rays may be traced after the rest of their path's step: no path has two vertices in one step, and no samples are drawn
 /// for transmittance.
 fn shadows_may_wait(world: &World) -> bool {
-    !world.has_recoverable_surfaces() && !world.has_interiors() && !world.media.are_estimated()
+    !world.has_interiors() && !world.media.are_estimated()
 }

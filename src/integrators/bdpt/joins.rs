@@ -5,8 +5,9 @@ use super::kept::LightPath;
 use super::light_end::Lit;
 use super::vertex::Vertex;
 use super::weights::{History, square, weight, weight_of_joint};
+use crate::accel::Passage;
 use crate::handles::{LightId, MediumId};
-use crate::integrators::volpath::{dimmed, shadow_segment, transmittance};
+use crate::integrators::volpath::{dimmed_along, shadow_segment, transmittance};
 use crate::math::Rgb;
 use crate::math::color::is_black;
 use crate::math::ray::Ray;
@@ -113,10 +114,15 @@ impl<'a> CameraPath<'_, 'a> {
         1 + light_path.len()
     }
 
-    /// Adds the light of a shadow ray that nothing has blocked.
-    pub(super) fn gain_unblocked(&mut self, shadow: &Ray, gain: &Gain) {
+    /// Adds the light of a shadow ray that nothing has blocked: see [`dimmed_along`].
+    pub(super) fn gain_unblocked(
+        &mut self,
+        shadow: &Ray,
+        gain: &Gain,
+        passage: Option<&mut Passage>,
+    ) {
         let (world, stream) = (self.context.world, &mut *self.context.stream);
-        let left = dimmed(world, stream, gain.medium, shadow, shadow.t_max);
+        let left = dimmed_along(world, stream, gain.medium, shadow, passage);
         self.gain(gain, left);
     }
 

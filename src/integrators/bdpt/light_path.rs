@@ -3,23 +3,22 @@
 use super::Bdpt;
 use super::light_end::{Lit, end_as_hit};
 use super::vertex::{FlatVertex, Vertex};
-use super::walk::{Branch, Carries, Met, Spread, Turn, Walk, boundary_receiver, surface_bsdf};
+use super::walk::{Branches, Carries, Met, Spread, Turn, Walk, boundary_receiver, surface_bsdf};
 use super::weights::{History, Onward, square};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, Lobe};
 use crate::bssrdf::Bssrdf;
 use crate::handles::LightId;
-use crate::integrators::Beginning;
 use crate::integrators::context::Lights;
 use crate::integrators::emitters::Chosen;
 use crate::integrators::subsurface::find_exit;
 use crate::integrators::vertices::Next;
+use crate::integrators::{BOTH_WAYS, Beginning};
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::{ReceiverSide, ReferencePoint};
 use crate::world::World;
-use arrayvec::ArrayVec;
 
 /// A vertex that other subpaths can be joined to.
 #[derive(Clone, Copy)]
@@ -30,12 +29,6 @@ pub(super) struct LightVertex<'v, 'a> {
     /// Scattering events before it.
     pub depth: u32,
 }
-
-/// Before so many scattering events paths take both ways at a boundary that they come to from the lamp, another boundary or a mirror.
-const BOTH_WAYS: usize = 3;
-
-/// Ways that a path takes when it has come to the end of others: at most one for each boundary.
-pub(super) type Branches = ArrayVec<Branch, BOTH_WAYS>;
 
 /// Where a light path begins.
 #[derive(Default)]
@@ -225,7 +218,7 @@ impl<'a> LightTracer<'_, 'a> {
         }
         let how = (Carries::Importance, self.bdpt.connections);
         let at = (hit, boundary);
-        if walk.depth >= BOTH_WAYS as u32 || !walk.after_delta {
+        if walk.depth >= BOTH_WAYS {
             return walk.cross(self.world, at, how, &history, stream);
         }
         let (first, other) = walk.cross_both_ways(self.world, at, how, &history, stream);

@@ -1,9 +1,9 @@
 //! Many light paths side by side, whose rays are traced together. Nothing that a path brings depends on the others.
 
 use super::flats::Flats;
-use super::light_path::{Begun, Branches, LightTracer, LightVertex};
+use super::light_path::{Begun, LightTracer, LightVertex};
 use super::vertex::Vertex;
-use super::walk::{Met, Walk};
+use super::walk::{Branches, Met, Walk};
 use crate::accel::ClosestHit;
 use crate::handles::LightId;
 use crate::integrators::emitters::Chosen;

@@ -9,7 +9,8 @@ use super::weights::{History, square, weight};
 use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
 use crate::handles::{LightId, MediumId};
 use crate::integrators::landing::{for_pixels, reaches_film};
-use crate::integrators::volpath::{dimmed, shadow_segment, transmittance};
+use crate::integrators::shadows::unblocked;
+use crate::integrators::volpath::{dimmed_along, shadow_segment};
 use crate::integrators::{LightJob, Splat};
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2, color::is_black};
@@ -149,24 +150,16 @@ impl<S: FnMut(Splat)> Waiting<'_, '_, S> {
                 ));
             }
         }
-        let sees_beyond = world.has_recoverable_surfaces();
-        let mut found = [None; BUNDLE];
-        if !sees_beyond {
-            world.occluders(&shadows, &mut found[..shadows.len()]);
-        }
-        for ((&(i, landing, light), shadow), found) in landed.iter().zip(&shadows).zip(&found) {
-            let pending = &mut self.pending[i];
+        unblocked(world, &shadows, &mut [None; BUNDLE], |i, passage| {
+            let (of, landing, light) = &landed[i];
+            let pending = &mut self.pending[*of];
             let (stream, medium) = (&mut pending.stream, pending.medium);
-            let left = match (sees_beyond, found) {
-                (true, _) => transmittance(world, stream, &self.aims[i].shadow, medium),
-                (false, None) => dimmed(world, stream, medium, shadow, shadow.t_max),
-                (false, Some(_)) => continue,
-            };
+            let left = dimmed_along(world, stream, medium, &shadows[i], passage);
             if !is_black(left) {
-                let arriving = (light, left);
-                bring(self.tracer, job, (pending, &landing), arriving, self.splat);
+                let arriving = (*light, left);
+                bring(self.tracer, job, (pending, landing), arriving, self.splat);
             }
-        }
+        });
         self.pending.clear();
         self.aims.clear();
     }

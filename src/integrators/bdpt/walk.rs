@@ -5,15 +5,16 @@ use super::weights::{History, Onward};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, Way};
 use crate::handles::MediumId;
-use crate::integrators::MAX_NULL_SURFACES;
 use crate::integrators::vertex::{MediumVertex, Vertex as _};
 use crate::integrators::vertices::Next;
+use crate::integrators::{BOTH_WAYS, MAX_NULL_SURFACES};
 use crate::math::color::is_black;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec3};
 use crate::samplers::SampleStream;
 use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
 use crate::world::World;
+use arrayvec::ArrayVec;
 
 /// Scattering events after which Russian roulette decides whether a subpath continues, as in [`crate::integrators::Path`].
 const MIN_BOUNCES: u32 = 3;
@@ -63,6 +64,9 @@ pub(super) struct Branch {
     walk: Walk,
     stream: SampleStream,
 }
+
+/// Those of a path: at most one for each smooth boundary where it takes both.
+pub(super) type Branches = ArrayVec<Branch, { BOTH_WAYS as usize }>;
 
 impl Branch {
     /// Lets the subpath take this way.

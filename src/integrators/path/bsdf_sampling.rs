@@ -51,11 +51,10 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         Some(())
     }
 
-    /// Returns `true` if the path has come to one of the first boundaries, straight from the camera, and has room for another way.
+    /// Returns `true` if the path takes both ways at glass, and has room for another.
     #[inline(always)]
     pub(super) fn takes_both_ways(&self) -> bool {
-        let is_early = self.trail.specular_only && self.trail.depth < BOTH_WAYS;
-        is_early && !self.branches.is_full()
+        self.trail.depth < BOTH_WAYS && self.may_branch()
     }
 
     /// Continues from a boundary of glass both ways (`Ways::both`); the fainter one is taken when the other has ended. A

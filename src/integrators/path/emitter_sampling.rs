@@ -64,12 +64,13 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         from: &ReferencePoint,
         u: Vec2,
     ) {
-        if let Some(light) = self.light_sample(chosen, vertex, from, u) {
-            self.gain_from(chosen.0, self.trail.throughput * light);
+        if let Some((light, left)) = self.light_sample(chosen, vertex, from, u) {
+            let light = self.trail.throughput * light;
+            self.gain_from(chosen.0, if MEDIA { light * left } else { light });
         }
     }
 
-    /// The contribution of a light sample; `None` for nothing.
+    /// The contribution of a light sample, and how much of it the media on the way leave; `None` for nothing.
     #[inline]
     fn light_sample(
         &mut self,
@@ -77,17 +78,17 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         vertex: &impl Vertex,
         from: &ReferencePoint,
         u: Vec2,
-    ) -> Option<Rgb> {
-        let mut arriving = self.unshadowed(chosen, u, vertex, from)?;
+    ) -> Option<(Rgb, Rgb)> {
+        let arriving = self.unshadowed(chosen, u, vertex, from)?;
         let (world, shadow) = (self.context.world, arriving.shadow);
         if WATCHED && self.reports {
             self.context.shadow(chosen.0, false);
         }
+        let mut left = Rgb::ONE;
         if MEDIA {
             let medium = vertex.medium_toward(world, arriving.wi);
-            let stream = &mut *self.context.stream;
-            arriving.contribution *= transmittance(world, stream, &shadow, medium);
-            if is_black(arriving.contribution) {
+            left = transmittance(world, self.context.stream, &shadow, medium);
+            if is_black(arriving.contribution * left) {
                 return None;
             }
         } else if world.occluded(&shadow) {
@@ -96,7 +97,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if WATCHED && self.reports {
             self.context.shadow(chosen.0, true);
         }
-        Some(arriving.weighted())
+        Some((arriving.weighted(), left))
     }
 
     /// What a light sample brings that `u` chooses, if nothing blocks the shadow ray; `None` for nothing.

@@ -88,7 +88,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         t_max: f32,
     ) -> Option<(BothWays, MediumVertex)> {
         let is_early = self.trail.depth < self.trail.max_depth.min(BOTH_WAYS_IN_MEDIA);
-        if !is_early || self.branches.is_full() || self.path.media != MediaSeen::All {
+        if !is_early || !self.may_branch() || self.path.media != MediaSeen::All {
             return None;
         }
         let medium = self.context.world.media.medium(id);

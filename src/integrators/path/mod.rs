@@ -22,7 +22,7 @@ pub(super) use wave::Wave;
 
 use super::context::{Bundle, Context, WAVE};
 use super::witness::Met;
-use super::{MAX_NULL_SURFACES, Sight, Transport};
+use super::{BOTH_WAYS, MAX_NULL_SURFACES, Sight, Transport};
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::handles::{LightId, MediumId};
@@ -94,6 +94,23 @@ impl Path {
         }
     }
 
+    /// The same along each path of a bundle.
+    pub(super) fn trace_all_through_media(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+        self.in_waves::<true>(bundle, out);
+    }
+
+    fn in_waves<const MEDIA: bool>(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+        let world = bundle.world;
+        let wave = bundle.workspace.wave.take();
+        let mut wave = wave.unwrap_or_else(|| Box::new(Wave::new(world)));
+        let is_watched = bundle.paths.iter().any(|path| path.watch.is_some());
+        let workspace = match is_watched {
+            false => Walk::<MEDIA, false> { path: self, bundle }.radiances(&mut wave, out),
+            true => Walk::<MEDIA, true> { path: self, bundle }.radiances(&mut wave, out),
+        };
+        workspace.wave = Some(wave);
+    }
+
     /// Radiance along the camera ray. `MEDIA`: as `volpath`, which simulates participating media and lets light through surfaces
     /// without material; a constant, so that `path` pays nothing for it. Nor does either for being watched.
     fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Rgb {
@@ -104,6 +121,7 @@ impl Path {
             differentials: context.differentials,
             trail: Trail::new(context.ray, medium, self.max_depth, context.world),
             branches: ArrayVec::new(),
+            waiting: 0,
             context,
         };
         while state.extend().or_else(|| state.turn_back()).is_some() {}
@@ -123,24 +141,13 @@ impl Transport for Path {
     }
 
     fn radiances(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
-        let world = bundle.world;
-        let wave = bundle.workspace.wave.take();
-        let mut wave = wave.unwrap_or_else(|| Box::new(Wave::new(world)));
-        let is_watched = bundle.paths.iter().any(|path| path.watch.is_some());
-        let workspace = match is_watched {
-            false => Walk::<false> { path: self, bundle }.radiances(&mut wave, out),
-            true => Walk::<true> { path: self, bundle }.radiances(&mut wave, out),
-        };
-        workspace.wave = Some(wave);
+        self.in_waves::<false>(bundle, out);
     }
 
     fn path(&self) -> Option<Path> {
         Some(self.clone())
     }
 }
-
-/// At the first so many boundaries of glass that a path comes to straight from the camera, it takes both ways.
-const BOTH_WAYS: u32 = 3;
 
 /// At most so many ways wait for others to end. Where there are no media, there are no more than [`BOTH_WAYS`].
 const MAX_BRANCHES: usize = 4;
@@ -218,6 +225,8 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     trail: Trail,
     /// Ways that are left. The last one is taken first.
     branches: ArrayVec<Branch, MAX_BRANCHES>,
+    /// So many ways are left besides, which a wave keeps.
+    waiting: usize,
 }
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -243,11 +252,19 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         self.arrive_at(hit.as_ref(), |path, hit, bsdf| path.scatter(hit, bsdf))
     }
 
+    /// Returns `true` if there is room for one more way.
+    #[inline(always)]
+    fn may_branch(&self) -> bool {
+        self.waiting + self.branches.len() < MAX_BRANCHES
+    }
+
     /// Takes the last of the ways that are left, if there is one.
     fn turn_back(&mut self) -> Option<()> {
         let Branch { trail, stream } = self.branches.pop()?;
         self.trail.turn_to(trail);
         *self.context.stream = stream;
+        // The way that has ended may have been the camera ray's.
+        self.differentials = None;
         Some(())
     }
 

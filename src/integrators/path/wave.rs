@@ -10,9 +10,10 @@ mod emitters;
 
 use super::emission::{MisState, Sampled};
 use super::lamps::{Gain, Lamps};
-use super::{BOTH_WAYS, Branch, Path, PathState, Trail};
+use super::{Branch, MAX_BRANCHES, Path, PathState, Trail};
 use crate::accel::{BareHits, BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
 use crate::bsdf::{Coated, Matte, Scatterer};
+use crate::handles::InterfaceId;
 use crate::integrators::Sight;
 use crate::integrators::context::{Bundle, CameraPath, WAVE, Workspace};
 use crate::integrators::shadows::Shadows;
@@ -45,7 +46,9 @@ struct Paths {
     /// By path.
     trails: Vec<Trail>,
     /// The ways that are left to paths.
-    branches: ArrayVec<(u32, Branch), { BOTH_WAYS as usize * WAVE }>,
+    branches: ArrayVec<(u32, Branch), { MAX_BRANCHES * WAVE }>,
+    /// How many of them there are, by path.
+    waiting: [u8; WAVE],
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
@@ -72,6 +75,7 @@ impl Wave {
             paths: Paths {
                 trails: Vec::with_capacity(WAVE),
                 branches: ArrayVec::new(),
+                waiting: [0; WAVE],
                 walking: ArrayVec::new(),
                 shadows: Shadows::default(),
             },
@@ -88,13 +92,13 @@ impl Wave {
     }
 }
 
-/// A wave's work. `WATCHED`: layers look at the paths.
-pub(super) struct Walk<'a, 'p, const WATCHED: bool> {
+/// A wave's work. `MEDIA`: as `volpath`. `WATCHED`: layers look at the paths.
+pub(super) struct Walk<'a, 'p, const MEDIA: bool, const WATCHED: bool> {
     pub path: &'a Path,
     pub bundle: Bundle<'a, 'p>,
 }
 
-impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
+impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED> {
     /// The radiance along each path. Returns what else the bundle has lent.
     pub(super) fn radiances(
         mut self,
@@ -102,7 +106,8 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         out: &mut ArrayVec<Rgb, WAVE>,
     ) -> &'a mut Workspace {
         let (max_depth, world) = (self.path.max_depth, self.bundle.world);
-        let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, None, max_depth, world);
+        let medium = world.media.camera.filter(|_| MEDIA);
+        let begin = |path: &CameraPath| Trail::new(path.end.ray.ray, medium, max_depth, world);
         wave.paths.trails.clear();
         wave.paths
             .trails
@@ -132,7 +137,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
     }
 
     /// The same work, but nobody looks.
-    fn unwatched(&mut self) -> Walk<'_, 'p, false> {
+    fn unwatched(&mut self) -> Walk<'_, 'p, MEDIA, false> {
         let Bundle {
             world,
             lights,
@@ -189,7 +194,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         wave.others.clear();
         for i in 0..wave.paths.walking.len() {
             let (path, found) = (wave.paths.walking[i], wave.found[i].take());
-            if !wave.add_triangle::<WATCHED>(world, path, found.as_ref()) {
+            if !wave.add_triangle::<MEDIA, WATCHED>(world, path, found.as_ref()) {
                 wave.others.push((path, found));
             }
         }
@@ -287,9 +292,11 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         is_first: bool,
     ) {
         let trail = wave.paths.trails[path as usize];
-        let mut state = self.state(path, trail, is_first);
+        let waiting = wave.paths.waiting[path as usize];
+        let mut state = self.state(path, (trail, waiting), is_first);
         let hit = found.and_then(|found| state.context.world.surface(&state.trail.ray, &found));
         if let Some(hit) = &hit
+            && !(MEDIA && is_in_media(&trail, hit.interface))
             && wave.add_coated(state.context.world, path, hit)
         {
             if trail.depth < trail.max_depth {
@@ -300,6 +307,9 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
         }
         let (mattes, coated) = (&mut wave.mattes.vertices, &mut wave.coated.vertices);
         let goes_on = state.arrive_at(hit.as_ref(), |state, hit, bsdf| {
+            if MEDIA && is_in_media(&state.trail, hit.interface) {
+                return state.scatter(hit, bsdf);
+            }
             let throughput = state.trail.throughput;
             if let Some(matte) = bsdf.matte(hit.surface.wo) {
                 mattes.add(path, &hit.surface, (&matte, bsdf.frame()), throughput);
@@ -312,8 +322,10 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             state.scatter(hit, bsdf)
         });
         wave.paths.trails[path as usize] = state.trail;
-        let branch = state.branches.pop().map(|branch| (path, branch));
-        wave.paths.branches.extend(branch);
+        let branches = state.branches;
+        wave.paths.waiting[path as usize] += branches.len() as u8;
+        let branches = branches.into_iter().map(|branch| (path, branch));
+        wave.paths.branches.extend(branches);
         if goes_on.is_some() {
             wave.paths.walking.push(path);
         }
@@ -360,7 +372,12 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
 
     /// A path by itself.
     #[inline(always)]
-    fn state(&mut self, path: u32, trail: Trail, is_first: bool) -> PathState<'_, false, WATCHED> {
+    fn state(
+        &mut self,
+        path: u32,
+        (trail, waiting): (Trail, u8),
+        is_first: bool,
+    ) -> PathState<'_, MEDIA, WATCHED> {
         let context = self.bundle.context(path as usize);
         PathState {
             path: self.path,
@@ -368,6 +385,7 @@ impl<'a, 'p, const WATCHED: bool> Walk<'a, 'p, WATCHED> {
             reports: false,
             trail,
             branches: ArrayVec::new(),
+            waiting: waiting.into(),
             context,
         }
     }
@@ -387,6 +405,7 @@ impl Paths {
             if is_last {
                 self.trails[index].turn_to(branch.trail);
                 *paths[index].stream = branch.stream;
+                self.waiting[index] -= 1;
                 self.walking.push(*path);
             }
             place += 1;
@@ -399,7 +418,7 @@ impl Wave {
     /// Takes up a hit if it is of a flat triangle that is matte everywhere, or of a smooth one that is [coated](Coated) alike everywhere,
     /// and emits nothing.
     #[inline(always)]
-    fn add_triangle<const WATCHED: bool>(
+    fn add_triangle<const MEDIA: bool, const WATCHED: bool>(
         &mut self,
         world: &World,
         path: u32,
@@ -411,6 +430,10 @@ impl Wave {
         let Some(triangle) = world.geometry.bare_triangle(found) else {
             return false;
         };
+        let trail = &self.paths.trails[path as usize];
+        if MEDIA && is_in_media(trail, triangle.attributes().interface) {
+            return false;
+        }
         match triangle.attributes().light {
             None if triangle.is_flat() => self.add_flat::<WATCHED>(world, path, (&triangle, found)),
             None => self.add_smooth::<WATCHED>(world, path, (&triangle, found)),
@@ -484,6 +507,12 @@ impl Wave {
         }
         true
     }
+}
+
+/// Returns `true` if there is a medium around the ray, or may be on a side of the surface that it has hit: such steps are taken alone.
+#[inline(always)]
+fn is_in_media(trail: &Trail, interface: Option<InterfaceId>) -> bool {
+    trail.medium.is_some() || interface.is_some()
 }
 
 /// The parameters (u, v) of a hit with a mesh that has its own.

@@ -8,10 +8,13 @@ use crate::integrators::context::{CameraPath, Lights, WAVE};
 use crate::integrators::path::Trail;
 use crate::integrators::path::emitter_sampling::choose;
 use crate::integrators::path::lamps::{Gain, Lamps};
-use crate::math::Vec2;
+use crate::integrators::shadows::Shadows;
+use crate::integrators::volpath::{dimmed_along, shadow_segment};
+use crate::math::ray::Ray;
+use crate::math::{Vec2, color::is_black};
 use crate::world::World;
 
-impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
+impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
     /// Emitter sampling at all vertices of a kind.
     pub(super) fn sample_lights<S: Scatterer>(&mut self, lot: &mut Lot<S>, paths: &mut Paths) {
         let selector = &self.bundle.lights.selector;
@@ -78,7 +81,7 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
                     from: light,
                     light: found,
                 };
-                if paths.shadows.push(&shadow, gain) {
+                if wait::<MEDIA>(&mut paths.shadows, world, &shadow, gain) {
                     self.trace_shadows(paths);
                 }
             }
@@ -118,9 +121,10 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
         (chosen, u): ((LightId, f32), Vec2),
     ) {
         let path = lot.vertices.path(i);
+        let world = self.bundle.world;
         let trail = &paths.trails[path];
         let vertex = lot.vertices.vertex(i, trail.ray.time);
-        if lot.lamps.has(self.bundle.world, chosen.0, &vertex.from) {
+        if lot.lamps.has(world, chosen.0, &vertex.from) {
             let (known, whose) = (
                 (&vertex.from, &vertex.scatterer),
                 (path as u32, trail.throughput),
@@ -129,7 +133,7 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
                 self.light(&mut lot.lamps, paths);
             }
         } else {
-            let state = self.state(path as u32, *trail, false);
+            let state = self.state(path as u32, (*trail, 0), false);
             let sample = state.unshadowed(chosen, u, &vertex, &vertex.from);
             if let Some(arriving) = sample {
                 let gain = Gain {
@@ -137,7 +141,7 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
                     from: chosen.0,
                     light: trail.throughput * arriving.weighted(),
                 };
-                if paths.shadows.push(&arriving.shadow, gain) {
+                if wait::<MEDIA>(&mut paths.shadows, world, &arriving.shadow, gain) {
                     self.trace_shadows(paths);
                 }
             }
@@ -150,8 +154,8 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
         let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
         let shadows = &mut waiting.shadows;
         lamps.light(world, |shadow, gain| {
-            if shadows.push(shadow, gain) {
-                shadows.trace(world, |_, gain| add::<WATCHED>(world, trails, paths, gain));
+            if wait::<MEDIA>(shadows, world, shadow, gain) {
+                trace::<MEDIA, WATCHED>(shadows, world, (trails, paths));
             }
         });
     }
@@ -160,9 +164,7 @@ impl<const WATCHED: bool> Walk<'_, '_, WATCHED> {
     pub(super) fn trace_shadows(&mut self, waiting: &mut Paths) {
         let world = self.bundle.world;
         let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
-        waiting
-            .shadows
-            .trace(world, |_, gain| add::<WATCHED>(world, trails, paths, gain));
+        trace::<MEDIA, WATCHED>(&mut waiting.shadows, world, (trails, paths));
     }
 }
 
@@ -172,6 +174,40 @@ impl Paths {
     fn samples_all(&self, lights: &Lights, path: usize) -> bool {
         self.trails[path].sample_all_count(lights).is_some()
     }
+}
+
+/// Keeps a shadow ray that begins in no medium. Returns `true` if the next one needs room.
+#[inline(always)]
+fn wait<const MEDIA: bool>(
+    shadows: &mut Shadows<Gain>,
+    world: &World,
+    shadow: &Ray,
+    gain: Gain,
+) -> bool {
+    match MEDIA {
+        true => shadows.push(&shadow_segment(world, shadow, None), gain),
+        false => shadows.push(shadow, gain),
+    }
+}
+
+/// Traces shadow rays, and adds the light that nothing blocks. They begin in no medium.
+fn trace<const MEDIA: bool, const WATCHED: bool>(
+    shadows: &mut Shadows<Gain>,
+    world: &World,
+    (trails, paths): (&mut [Trail], &mut [CameraPath]),
+) {
+    if !MEDIA {
+        shadows.trace(world, |_, gain| add::<WATCHED>(world, trails, paths, gain));
+        return;
+    }
+    shadows.trace_through(world, |shadow, gain, passage| {
+        let stream = &mut *paths[gain.path as usize].stream;
+        let left = dimmed_along(world, stream, None, shadow, passage);
+        let light = gain.light * left;
+        if !is_black(light) {
+            add::<WATCHED>(world, trails, paths, Gain { light, ..gain });
+        }
+    });
 }
 
 /// Adds light that a path has gained.

@@ -43,10 +43,32 @@ fn other_rooms() -> [String; 4] {
     ]
 }
 
+/// Under `volpath`: [`OUTDOORS`] without a medium, with one in a sphere without material and around others, and in haze, as the camera is, through
+/// which one channel passes to the sky.
+fn through_media() -> [String; 3] {
+    let outdoors = OUTDOORS.replace(r#"Integrator "path""#, r#"Integrator "volpath""#);
+    let medium = |name: &str, coefficients: &str| {
+        let begin = format!("MakeNamedMedium \"{name}\" \"string type\" \"homogeneous\"");
+        format!("{begin} \"float g\" .3 {coefficients} MediumInterface")
+    };
+    let fog = medium(
+        "fog",
+        r#""rgb sigma_a" [ 1.5 .02 .1 ] "rgb sigma_s" [ .05 .1 1.5 ]"#,
+    );
+    let haze = medium(
+        "haze",
+        r#""rgb sigma_a" [ 0 .02 .1 ] "rgb sigma_s" [ 0 .1 .1 ]"#,
+    );
+    let ball = format!(r#"{fog} "fog" "" Material "none""#);
+    let inside = outdoors.replace(r#"Material "none""#, &ball);
+    let within = inside.replace("WorldBegin", r#"WorldBegin MediumInterface "haze" "haze""#);
+    [outdoors, inside, format!(r#"{haze} "" "haze" {within}"#)]
+}
+
 #[test]
 fn a_path_brings_the_same_in_any_wave_as_by_itself() {
-    let rooms = other_rooms();
-    let others = rooms.iter().map(String::as_str);
+    let others: Vec<String> = other_rooms().into_iter().chain(through_media()).collect();
+    let others = others.iter().map(String::as_str);
     for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()]
         .into_iter()
         .chain(others)
@@ -64,9 +86,9 @@ fn a_path_brings_the_same_in_any_wave_as_by_itself() {
 
 #[test]
 fn layers_see_the_same_in_a_wave_as_by_itself() {
-    let rooms = other_rooms();
+    let (rooms, media) = (other_rooms(), through_media());
     // Where there is a group of lights.
-    let others = rooms[1..3].iter().map(String::as_str);
+    let others = rooms[1..3].iter().chain(&media).map(String::as_str);
     for text in [ROOM_WITH_LAMPS, OUTDOORS, &under_many_lamps()]
         .into_iter()
         .chain(others)
