@@ -6,8 +6,8 @@ use crate::handles::InterfaceId;
 use crate::math::DVec3;
 use arrayvec::ArrayVec;
 
-/// More surfaces than this are met one after the other instead.
-const ROOM: usize = 8;
+/// More crossings than this are found one after the other instead.
+const MAX_CROSSINGS: usize = 8;
 
 /// Where a ray passes from one medium to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,24 +23,23 @@ pub(crate) struct Crossing {
 /// What an unblocked ray passes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Passage {
-    crossings: ArrayVec<Crossing, ROOM>,
-    /// There is more than is kept here.
-    is_crowded: bool,
+    crossings: ArrayVec<Crossing, MAX_CROSSINGS>,
+    /// There are more than are kept here.
+    is_incomplete: bool,
 }
 
-/// Crossings are at one place if their distances differ by no more than this part of them, which rounding may have done.
-const TOGETHER: f32 = 4.0 * f32::EPSILON;
+/// Crossings coincide if their distances differ by no more than this part of them, which may be rounding.
+const COINCIDENT: f32 = 4.0 * f32::EPSILON;
 
 impl Passage {
-    /// The interfaces between media in the order in which they are crossed by the ray, which begins in `medium`; `None` if the search has not kept all:
-    /// they are more than a few, or in an instance, or of a curve or a quadric that is not a whole sphere. `sides` tells the medium before a
-    /// crossing, and that behind it.
+    /// The crossings of a ray that begins in `medium`, in order; `None` if the search has not kept all: there are more than a few, or some of a curve
+    /// or of a quadric that is not a whole sphere. `sides` tells the medium before a crossing, and that behind it.
     pub(crate) fn crossings<M: PartialEq>(
         &mut self,
         mut medium: M,
         sides: impl Fn(&Crossing) -> (M, M),
     ) -> Option<&[Crossing]> {
-        if self.is_crowded {
+        if self.is_incomplete {
             return None;
         }
         let order = |a: &Crossing, b: &Crossing| {
@@ -49,8 +48,8 @@ impl Passage {
         };
         self.crossings.sort_unstable_by(order);
         for i in 0..self.crossings.len() {
-            // Of several at one place the first is that with the medium before it that the ray is in.
-            let end = self.crossings[i].t * (1.0 + TOGETHER);
+            // Of those that coincide the first has before it the medium that the ray is in.
+            let end = self.crossings[i].t * (1.0 + COINCIDENT);
             let mut here = self.crossings[i..].iter().take_while(|next| next.t <= end);
             let next = here.position(|next| sides(next).0 == medium).unwrap_or(0);
             self.crossings[i..=i + next].rotate_right(1);
@@ -59,17 +58,19 @@ impl Passage {
         Some(&self.crossings)
     }
 
-    /// Notes that there is more.
-    pub(super) fn crowd(&mut self) {
-        self.is_crowded = true;
+    /// Adds the crossings `inside` an instance that are before `t_max`; `outer` tells distances along the ray from those there. Normals and directions
+    /// have the same sign of their product in either space.
+    pub(super) fn append(&mut self, inside: &Passage, outer: impl Fn(f32) -> f32, t_max: f32) {
+        self.is_incomplete |= inside.is_incomplete;
+        for crossing in &inside.crossings {
+            let t = outer(crossing.t);
+            if t < t_max {
+                self.push(Crossing { t, ..*crossing });
+            }
+        }
     }
 
-    /// Returns `true` if nothing was met.
-    pub(super) fn is_clear(&self) -> bool {
-        self.crossings.is_empty() && !self.is_crowded
-    }
-
-    /// Adds where the ray `o + t d` crosses a primitive of the top level before `t_max`; it meets it first at `t`.
+    /// Adds where the ray `o + t d` crosses a primitive of `level` before `t_max`; it meets it first at `t`.
     pub(super) fn add(
         &mut self,
         (level, id, interface): (&Level, PrimitiveId, InterfaceId),
@@ -92,11 +93,11 @@ impl Passage {
                 }
             }
         } else {
-            self.crowd();
+            self.is_incomplete = true;
         }
     }
 
     fn push(&mut self, crossing: Crossing) {
-        self.is_crowded |= self.crossings.try_push(crossing).is_err();
+        self.is_incomplete |= self.crossings.try_push(crossing).is_err();
     }
 }

@@ -129,10 +129,7 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
             return false;
         }
         if let (Some(passage), Some(interface)) = (&mut self.passage, attributes.interface) {
-            match self.scope.render_from_level {
-                None => passage.add((level, id, interface), ray, (t, self.t_max)),
-                Some(_) => passage.crowd(),
-            }
+            passage.add((level, id, interface), ray, (t, self.t_max));
         }
         true
     }
@@ -204,15 +201,14 @@ impl<'a, A: Alpha, const SHADOW: bool> Search<'a, A, SHADOW> {
             None => &mut [],
         };
         Searches::<A, SHADOW>::go(&scope, std::slice::from_ref(&ray), (&mut found, passages));
-        if let Some(passage) = &mut self.passage
-            && !inside.is_clear()
-        {
-            passage.crowd();
+        let outer = |t: f32| inner.outer(f64::from(t)) as f32;
+        if let Some(passage) = &mut self.passage {
+            passage.append(&inside, outer, self.t_max);
         }
         let [Some(found)] = found else {
             return false;
         };
-        let t = inner.outer(f64::from(found.t)) as f32;
+        let t = outer(found.t);
         t < self.t_max && self.accept_in(found.id, [id, found.path[0]], t)
     }
 }

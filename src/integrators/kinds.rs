@@ -55,7 +55,12 @@ pub(super) trait Transport {
     fn radiance(&self, context: Context) -> Rgb;
 
     /// The same for each path of a bundle.
-    fn radiances(&self, mut bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+    fn radiances(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+        self.radiances_one_by_one(bundle, out);
+    }
+
+    /// The same, each path by itself.
+    fn radiances_one_by_one(&self, mut bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
         let paths = 0..bundle.paths.len().min(WAVE);
         out.extend(paths.map(|path| self.radiance(bundle.context(path))));
     }

@@ -57,7 +57,7 @@ impl<G: Copy> Shadows<G> {
         world: &World,
         mut add: impl FnMut(&Ray, G, Option<&mut Passage>),
     ) {
-        unblocked(world, &self.rays, &mut self.found, |i, passage| {
+        unblocked::<16>(world, &self.rays, &mut self.found, |i, passage| {
             add(&self.rays[i], self.gains[i], passage);
         });
         self.clear();
@@ -69,13 +69,10 @@ impl<G: Copy> Shadows<G> {
     }
 }
 
-/// Rays that are traced together where there are surfaces without material.
-const THROUGH: usize = 16;
-
 /// Calls `pass` with the number of each ray that nothing with a material blocks, and with what it passes if there are surfaces without one in
-/// the scene. `found` has at least as many places as there are rays.
+/// the scene; so many are traced `TOGETHER` there. `found` has at least as many places as there are rays.
 #[inline(always)]
-pub(super) fn unblocked(
+pub(super) fn unblocked<const TOGETHER: usize>(
     world: &World,
     rays: &[Ray],
     found: &mut [Option<ClosestHit>],
@@ -90,13 +87,13 @@ pub(super) fn unblocked(
         }
         return;
     }
-    for (group, rays) in rays.chunks(THROUGH).enumerate() {
-        let mut passages: [Passage; THROUGH] = Default::default();
+    for (group, rays) in rays.chunks(TOGETHER).enumerate() {
+        let mut passages: [Passage; TOGETHER] = std::array::from_fn(|_| Passage::default());
         let found = &mut found[..rays.len()];
         world.passages(rays, (found, &mut passages[..rays.len()]));
         for (i, (found, passage)) in found.iter().zip(&mut passages).enumerate() {
             if found.is_none() {
-                pass(group * THROUGH + i, Some(passage));
+                pass(group * TOGETHER + i, Some(passage));
             }
         }
     }

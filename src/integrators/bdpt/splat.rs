@@ -150,7 +150,7 @@ impl<S: FnMut(Splat)> Waiting<'_, '_, S> {
                 ));
             }
         }
-        unblocked(world, &shadows, &mut [None; BUNDLE], |i, passage| {
+        unblocked::<BUNDLE>(world, &shadows, &mut [None; BUNDLE], |i, passage| {
             let (of, landing, light) = &landed[i];
             let pending = &mut self.pending[*of];
             let (stream, medium) = (&mut pending.stream, pending.medium);

@@ -94,12 +94,12 @@ impl Path {
         }
     }
 
-    /// The same along each path of a bundle.
-    pub(super) fn trace_all_through_media(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
-        self.in_waves::<true>(bundle, out);
-    }
-
-    fn in_waves<const MEDIA: bool>(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
+    /// Radiance along each path of a bundle, side by side. `MEDIA`: as `volpath`, where no shadow ray draws samples.
+    pub(super) fn radiances_in_waves<const MEDIA: bool>(
+        &self,
+        bundle: Bundle,
+        out: &mut ArrayVec<Rgb, WAVE>,
+    ) {
         let world = bundle.world;
         let wave = bundle.workspace.wave.take();
         let mut wave = wave.unwrap_or_else(|| Box::new(Wave::new(world)));
@@ -141,7 +141,7 @@ impl Transport for Path {
     }
 
     fn radiances(&self, bundle: Bundle, out: &mut ArrayVec<Rgb, WAVE>) {
-        self.in_waves::<false>(bundle, out);
+        self.radiances_in_waves::<false>(bundle, out);
     }
 
     fn path(&self) -> Option<Path> {
