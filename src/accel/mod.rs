@@ -90,6 +90,8 @@ pub struct GeometryHit {
     pub interface: Option<InterfaceId>,
     /// Distance along the ray.
     pub t: f32,
+    /// The shape: see [`PrimitiveAttributes::shape`].
+    pub shape: u32,
     /// What was hit, for those who ask more.
     pub found: ClosestHit,
 }
@@ -176,11 +178,11 @@ impl Geometry {
     }
 
     /// What was hit, as the scene has it: an instance, or a shape that is in none.
-    pub fn standing(&self, found: &ClosestHit) -> Standing {
-        let instance = self.path(found).next();
+    pub fn standing(&self, hit: &GeometryHit) -> Standing {
+        let instance = self.path(&hit.found).next();
         match instance.map(|instance| &instance.inner) {
             Some(Inner::Object { number, .. }) => Standing::Instance(*number),
-            Some(Inner::Shape(_)) | None => Standing::Shape(self.attributes(found).shape),
+            Some(Inner::Shape(_)) | None => Standing::Shape(hit.shape),
         }
     }
 

@@ -102,6 +102,7 @@ fn hit<L: LocalHit>(resolved: &Resolved<L>, ray: &Ray, found: &ClosestHit) -> Ge
         light,
         interface: attributes.interface,
         t: found.t,
+        shape: attributes.shape,
         found: *found,
     }
 }

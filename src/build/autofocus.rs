@@ -59,7 +59,7 @@ fn first_surface(world: &World, ray: &Ray, target: Option<&FocusTarget>) -> Opti
             ray = hit.surface.spawn_ray(ray.d);
             continue;
         };
-        let counts = target.is_none_or(|target| match world.geometry.standing(&hit.found) {
+        let counts = target.is_none_or(|target| match world.geometry.standing(&hit) {
             _ if target.materials.contains(&material) => true,
             Standing::Shape(number) => target.shapes.contains(&number),
             Standing::Instance(number) => target.instances.contains(&number),

@@ -92,14 +92,24 @@ impl Channel<'_> {
     /// Writes pixels from number `first` on, in the file's order of bytes.
     fn write(&self, first: usize, width: usize, bytes: &mut [u8]) {
         let line = { self.values.get(first..first + width) }.unwrap_or_default();
-        let values = line.iter().map(|value| value[self.component]);
+        // A component that is known from here on.
+        match self.component {
+            0 => self.write_each(line, |value| value.x, bytes),
+            1 => self.write_each(line, |value| value.y, bytes),
+            _ => self.write_each(line, |value| value.z, bytes),
+        }
+    }
+
+    #[inline(always)]
+    fn write_each(&self, line: &[Rgb], component: impl Fn(&Rgb) -> f32, bytes: &mut [u8]) {
+        let values = line.iter().map(component);
         if self.halves {
-            for (bytes, value) in bytes.chunks_exact_mut(2).zip(values) {
-                bytes.copy_from_slice(&half(value).to_le_bytes());
+            for (bytes, value) in bytes.as_chunks_mut().0.iter_mut().zip(values) {
+                *bytes = half(value).to_le_bytes();
             }
         } else {
-            for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
-                bytes.copy_from_slice(&value.to_le_bytes());
+            for (bytes, value) in bytes.as_chunks_mut().0.iter_mut().zip(values) {
+                *bytes = value.to_le_bytes();
             }
         }
     }
@@ -178,7 +188,7 @@ fn compress(
         let block = CompressedScanLineBlock {
             y_coordinate: header.own_attributes.layer_position.y()
                 + index.pixel_position.y() as i32,
-            compressed_pixels_le: zip_block::compress(data)?,
+            compressed_pixels_le: zip_block::compress(data),
         };
         Ok(Chunk {
             layer_index: index.layer,

@@ -26,6 +26,7 @@
 //! ```
 
 mod bounds;
+mod deflate;
 mod developed;
 mod encoding;
 mod exr;

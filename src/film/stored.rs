@@ -79,7 +79,7 @@ impl PixelStatistics {
 #[cfg(test)]
 mod tests {
     use crate::film::{Layer, LayerSample, LayerSet, MatteId, PixelBounds, SurfaceSample, Tile};
-    use crate::math::{DVec2, Rgb, UVec2, Vec2, Vec3};
+    use crate::math::{Rgb, UVec2, Vec2, Vec3};
 
     #[test]
     fn tiles_come_back_bit_for_bit() {
@@ -99,7 +99,7 @@ mod tests {
                 origin: &[1.0, 0.0, 0.0, 0.0],
                 depth: 0.3,
                 coc: 1e-9,
-                motion: DVec2::new(-0.0, 1e-300),
+                motion: Vec2::new(-0.0, 1e-40),
                 mattes: ["a", &number.to_string()].map(MatteId::of),
             };
             tile.add_layers(pixel, -1.0, Some(Some(&seen)), &[Rgb::ONE]);

@@ -104,17 +104,47 @@ impl Sight {
         }
     }
 
+    /// The same of a ray that the path does not take.
+    #[inline(always)]
+    pub(super) fn follow_ray(&mut self, world: &World, ray: Ray, stream: SampleStream) {
+        if self.is_looking() {
+            Follower::new(self, world, stream).trace(Some(ray));
+        }
+    }
+
+    /// Crosses a smooth boundary one way, which passes on so much: as [`Sight::meet`] and [`Sight::scatter`].
+    pub(super) fn cross(
+        &mut self,
+        world: &World,
+        (ray, hit): (&Ray, &GeometryHit),
+        has_interior: bool,
+        weight: Rgb,
+    ) {
+        if !self.is_looking() {
+            return;
+        }
+        self.find(world, ray, hit);
+        if has_interior {
+            let normal = turned(hit.surface.shading.n, hit.surface.wo);
+            self.first.surface.set_normal(normal);
+            self.stay(weight);
+        } else {
+            self.pass_through(Some(weight));
+        }
+    }
+
     /// Meets a surface and follows one way from there: the path goes all of them.
     pub(super) fn meet_alone(
         &mut self,
         world: &World,
         met: (&Ray, &GeometryHit),
         scattering: (&Bsdf, bool),
-        stream: SampleStream,
+        stream: &SampleStream,
     ) {
-        if self.is_looking() {
-            let mut follower = Follower::new(self, world, stream);
-            let next = follower.scatter(met, scattering);
+        self.meet(world, met, scattering);
+        if !self.is_done() {
+            let mut follower = Follower::new(self, world, *stream);
+            let next = follower.scatter(met.1, scattering.0);
             follower.trace(next);
         }
     }
@@ -189,7 +219,7 @@ impl Sight {
             true => world.surface_parameters(ray, found),
             false => point.uv,
         });
-        first.thing = Thing::new(hit.material, world.geometry.standing(found));
+        first.thing = Thing::new(hit.material, world.geometry.standing(hit));
         let moves = world.moves() && world.geometry.moves_there(found);
         first.moving = moves.then_some(*found);
     }
@@ -207,17 +237,34 @@ impl Sight {
 
     /// The path continues from that surface, or does not.
     pub(super) fn scatter(&mut self, bsdf: &Bsdf, sample: Option<&BsdfSample>) {
-        let weight = sample.map_or(Rgb::ZERO, |sample| weight(bsdf, sample));
+        let weight = sample.map_or(Rgb::ZERO, |sample| {
+            Sight::weight(bsdf.shading_normal(), sample)
+        });
         match self.state {
-            State::Looking => {
-                self.share *= weight;
-                self.specular += 1;
-                if sample.is_none() || self.specular > MAX_SPECULAR {
-                    self.state = State::Done;
-                }
-            }
+            State::Looking => self.pass_through(sample.map(|_| weight)),
             _ => self.pass_on(Some(weight)),
         }
+    }
+
+    /// A perfectly specular surface passes on so much, or nothing.
+    fn pass_through(&mut self, weight: Option<Rgb>) {
+        self.share *= weight.unwrap_or(Rgb::ZERO);
+        self.specular += 1;
+        if weight.is_none() || self.specular > MAX_SPECULAR {
+            self.state = State::Done;
+        }
+    }
+
+    /// What a sampled direction passes on where the normal is `n`, if reflectances are not scaled between media as radiance is.
+    #[inline(always)]
+    pub(super) fn weight(n: Vec3, sample: &BsdfSample) -> Rgb {
+        let cosine = sample.wi.dot(n).abs();
+        let unscaled = if sample.transmission {
+            sample.eta * sample.eta
+        } else {
+            1.0
+        };
+        sample.f * (cosine * unscaled / sample.pdf)
     }
 
     /// There is nothing more.
@@ -248,17 +295,6 @@ impl Sight {
 /// A normal, turned to where the ray came from.
 fn turned(n: Vec3, wo: Vec3) -> Vec3 {
     if n.dot(wo) < 0.0 { -n } else { n }
-}
-
-/// What a sampled direction passes on, if reflectances are not scaled between media as radiance is.
-fn weight(bsdf: &Bsdf, sample: &BsdfSample) -> Rgb {
-    let cosine = sample.wi.dot(bsdf.shading_normal()).abs();
-    let unscaled = if sample.transmission {
-        sample.eta * sample.eta
-    } else {
-        1.0
-    };
-    sample.f * (cosine * unscaled / sample.pdf)
 }
 
 /// The direction in which a path continues that samples no light here.
@@ -314,19 +350,17 @@ impl<'a> Follower<'a> {
         let mut bsdf = Bsdf::empty();
         let surface = &hit.surface;
         { self.world }.fill_bsdf(material, surface, differentials, &mut bsdf);
-        self.scatter((ray, hit), (&bsdf, material.has_interior()))
+        self.sight
+            .meet(self.world, (ray, hit), (&bsdf, material.has_interior()));
+        self.scatter(hit, &bsdf)
     }
 
-    fn scatter(
-        &mut self,
-        met: (&Ray, &GeometryHit),
-        (bsdf, has_interior): (&Bsdf, bool),
-    ) -> Option<Ray> {
-        self.sight.meet(self.world, met, (bsdf, has_interior));
+    /// What continues a ray from a surface that has been met, if there is more to see.
+    fn scatter(&mut self, hit: &GeometryHit, bsdf: &Bsdf) -> Option<Ray> {
         if self.sight.is_done() {
             return None;
         }
-        let surface = &met.1.surface;
+        let surface = &hit.surface;
         let sample = sampled(bsdf, surface.wo, &mut self.stream);
         self.sight.scatter(bsdf, sample.as_ref());
         let next = sample.filter(|_| self.sight.is_looking())?;

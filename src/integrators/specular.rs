@@ -52,7 +52,6 @@ pub(super) fn trace(
     mut direct_light: impl FnMut(&mut Context, &SurfaceHit, &Bsdf) -> Rgb,
 ) -> Rgb {
     let world = context.world;
-    let numbers = context.watch.as_ref().map(|_| *context.stream);
     let mut radiance = Rgb::ZERO;
     let mut branches = Branches {
         next: Some(Branch {
@@ -79,10 +78,10 @@ pub(super) fn trace(
         let mut bsdf = Bsdf::empty();
         let differentials = branch.differentials.as_ref();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
-        if let (0, Some(numbers)) = (depth, numbers) {
+        if depth == 0 && context.watch.is_some() {
             let scattering = (&bsdf, material.has_interior());
-            let met = (&branch.ray, &hit);
-            context.look(|sight| sight.meet_alone(world, met, scattering, numbers));
+            let (met, numbers) = ((&branch.ray, &hit), *context.stream);
+            context.look(|sight| sight.meet_alone(world, met, scattering, &numbers));
         }
         context.scale_parts(branch.throughput);
         let direct = match bsdf.has_non_specular() {

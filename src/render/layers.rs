@@ -7,7 +7,7 @@ use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
 use crate::math::instruction_set::{Instructions, Kernel};
-use crate::math::{DVec2, DVec3, Rgb, UVec2, Vec2, Vec3};
+use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
 use crate::samplers::{SampleStream, Sampler};
 use arrayvec::ArrayVec;
 
@@ -177,13 +177,13 @@ fn add_found(
     };
     let motion = match all.shown.motion {
         Some(times) => motion(job, time, found, times),
-        None => DVec2::ZERO,
+        None => Vec2::ZERO,
     };
     let sample = LayerSample {
         surface: &found.surface,
         origin: &all.shown.origin,
-        depth: at.depth,
-        coc: at.coc,
+        depth: at.depth as f32,
+        coc: at.coc as f32,
         motion,
         mattes: last.of(job, found.thing),
     };
@@ -218,14 +218,14 @@ fn without_albedo(found: &FirstSurfaces) -> FirstSurfaces {
 
 /// See [`Layer::Motion`], of what is met at this time; none where the camera does not see both ends of the way.
 #[inline(never)]
-fn motion(job: &RenderJob, time: f32, found: &FirstSurfaces, times: [f32; 2]) -> DVec2 {
+fn motion(job: &RenderJob, time: f32, found: &FirstSurfaces, times: [f32; 2]) -> Vec2 {
     let p = found.surface.p().as_dvec3();
     let geometry = &job.world.geometry;
     let moved = { found.moving }.and_then(|found| geometry.moved(&found, p, time, times));
     if moved.is_none() && !job.camera.moves() {
-        return DVec2::ZERO;
+        return Vec2::ZERO;
     }
     let ends = moved.unwrap_or([p; 2]).map(|end: DVec3| end.as_vec3());
     let shift = job.camera.shift(ends, times).unwrap_or(Vec2::ZERO);
-    DVec2::new(shift.x.into(), (-shift.y).into())
+    Vec2::new(shift.x, -shift.y)
 }

@@ -57,7 +57,7 @@ impl GrowingLayers {
 mod tests {
     use super::super::{LayerSample, MatteId, SurfaceSample, all};
     use super::*;
-    use crate::math::{DVec2, Rgb, UVec2, Vec2, Vec3};
+    use crate::math::{Rgb, UVec2, Vec2, Vec3};
 
     fn surface(x: f32) -> SurfaceSample {
         let mut surface = SurfaceSample::default();
@@ -68,13 +68,13 @@ mod tests {
         surface
     }
 
-    fn sample(x: f64, surface: &SurfaceSample) -> LayerSample<'_> {
+    fn sample(x: f32, surface: &SurfaceSample) -> LayerSample<'_> {
         LayerSample {
             surface,
             origin: &[1.0, 0.0, 0.0, 0.0],
             depth: x,
             coc: x.cos(),
-            motion: DVec2::new(x.sin(), x),
+            motion: Vec2::new(x.sin(), x),
             mattes: ["a", "b"].map(MatteId::of),
         }
     }

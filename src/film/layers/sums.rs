@@ -7,11 +7,11 @@
 //! surface, for a mean with the negative weights of some filters may be over a sum that is nearly zero.
 
 use super::coverage::Coverage;
-use super::sample::Lanes;
 use super::{Layer, LayerSample, LayerSet, MatteId, SurfaceSample};
 use crate::film::pairwise::{Join, Pairwise, PixelSum};
-use crate::math::{DVec2, DVec3, Rgb, UVec2};
+use crate::math::{DVec3, Rgb, UVec2};
 use arrayvec::ArrayVec;
+use std::ops::AddAssign;
 
 /// Sums that all layers share.
 pub(super) const SHARED: usize = 4;
@@ -40,9 +40,9 @@ impl Join for Lights {
 }
 
 #[inline(always)]
-fn add(sums: &mut [f64], more: &[f64]) {
+fn add<T: AddAssign + Copy>(sums: &mut [T], more: &[T]) {
     for (sum, more) in sums.iter_mut().zip(more) {
-        *sum += more;
+        *sum += *more;
     }
 }
 
@@ -132,6 +132,7 @@ const ALL_SUMS: usize = CAMERA + 4;
 
 /// Where those of surfaces and of the camera are.
 const SURFACE: usize = SHARED;
+const POSITION: usize = SURFACE + 8;
 const CAMERA: usize = SURFACE + 16;
 
 impl Default for Own {
@@ -146,6 +147,45 @@ impl Join for Own {
     }
 }
 
+/// The same of a leaf, sixteen samples at most, in single precision: its rounding is as that of the samples themselves, and half as many instructions
+/// add them. Points are in render space.
+#[derive(Clone, Copy, Debug, Default)]
+struct Leaf {
+    filtered: [f32; 8],
+    plain: [f32; 8],
+    camera: [f32; 4],
+    shared: [f32; 4],
+}
+
+impl Leaf {
+    /// Adds a sample that has met a surface: whatever is wanted, so that there are no branches.
+    #[inline(always)]
+    fn add(&mut self, weight: f32, sample: &LayerSample) {
+        let SurfaceSample { filtered, plain } = sample.surface;
+        for (sum, value) in self.filtered.iter_mut().zip(filtered) {
+            *sum += weight * value;
+        }
+        add(&mut self.plain, plain);
+        let [x, y] = sample.motion.to_array();
+        add(&mut self.camera, &[sample.depth, sample.coc, x, y]);
+        add(&mut self.shared, &[1.0, weight, 1.0, 1.0]);
+    }
+
+    /// Its sums, where render space begins at `origin` in world space.
+    fn sums(&self, origin: &[f64; 4]) -> Own {
+        let parts = [&self.shared[..], &self.filtered, &self.plain, &self.camera];
+        let mut own = Own::default();
+        let sums = parts.into_iter().flatten();
+        for (own, sum) in own.0.iter_mut().zip(sums) {
+            *own = f64::from(*sum);
+        }
+        for (position, origin) in own.0[POSITION..].iter_mut().zip(origin) {
+            *position += f64::from(self.shared[HITS]) * origin;
+        }
+        own
+    }
+}
+
 /// The layers of a tile, to which the samples of a pixel are added one after the other.
 #[derive(Clone, Debug)]
 pub(in super::super) struct TileLayers {
@@ -157,8 +197,10 @@ pub(in super::super) struct TileLayers {
     open: Option<u32>,
     /// Its last samples that have met the same.
     run: Run,
-    leaf: Own,
+    leaf: Leaf,
     in_leaf: u32,
+    /// Where render space begins, in world space.
+    origin: [f64; 4],
     leaves: Pairwise<Own>,
     /// The same of light, if any is wanted.
     leaf_of_light: Lights,
@@ -182,8 +224,9 @@ impl TileLayers {
             pixel: UVec2::MAX,
             open: None,
             run: Run::default(),
-            leaf: Own::default(),
+            leaf: Leaf::default(),
             in_leaf: 0,
+            origin: [0.0; 4],
             leaves: Pairwise::default(),
             leaf_of_light: Lights::none(set),
             leaves_of_light: Pairwise::default(),
@@ -214,11 +257,12 @@ impl TileLayers {
         }
         match sample {
             Some(Some(found)) => {
-                self.leaf.add(f64::from(weight), found);
+                self.origin = *found.origin;
+                self.leaf.add(weight, found);
                 self.cover(weight, found.mattes);
             }
-            Some(None) => add(&mut self.leaf.0, &[1.0, 0.0, 0.0, 1.0]),
-            None => self.leaf.0[SAMPLES] += 1.0,
+            Some(None) => add(&mut self.leaf.shared, &[1.0, 0.0, 0.0, 1.0]),
+            None => self.leaf.shared[SAMPLES] += 1.0,
         }
         if !lights.is_empty() {
             let lights = lights.iter().map(|light| light.as_dvec3());
@@ -263,7 +307,8 @@ impl TileLayers {
     #[inline(never)]
     fn next_leaf(&mut self) {
         self.in_leaf = 0;
-        self.leaves.push(std::mem::take(&mut self.leaf));
+        self.leaves.push(self.leaf.sums(&self.origin));
+        self.leaf = Leaf::default();
         let set = self.pixels.set;
         if set.lights() > 0 {
             let none = Lights::none(set);
@@ -276,53 +321,17 @@ impl TileLayers {
     #[inline(never)]
     pub(in super::super) fn close(&mut self) {
         self.end_run();
-        self.leaves.take_into(&mut self.leaf);
+        let mut all = std::mem::take(&mut self.leaf).sums(&self.origin);
+        self.leaves.take_into(&mut all);
         self.leaves_of_light.take_into(&mut self.leaf_of_light);
         if let Some(index) = self.open {
-            let all = &self.leaf.0;
-            let sums = self.wanted.iter().map(|&place| all[usize::from(place)]);
+            let sums = self.wanted.iter().map(|&place| all.0[usize::from(place)]);
             let lights = self.leaf_of_light.0.iter().copied();
             self.pixels.add(index as usize, sums.chain(lights));
         }
         self.in_leaf = 0;
-        self.leaf = Own::default();
         self.leaf_of_light.0.fill(0.0);
     }
-}
-
-impl Own {
-    /// Adds a sample that has met a surface: whatever is wanted, so that there are no branches.
-    #[inline(always)]
-    fn add(&mut self, weight: f64, sample: &LayerSample) {
-        let SurfaceSample {
-            albedo,
-            normal,
-            p,
-            uv,
-        } = *sample.surface;
-        let mut position = scaled(p, 1.0);
-        add(&mut position, sample.origin);
-        let DVec2 { x, y } = sample.motion;
-        let more = [
-            [1.0, weight, 1.0, 1.0],
-            scaled(albedo, weight),
-            scaled(normal, weight),
-            position,
-            scaled(uv, 1.0),
-            [sample.depth, sample.coc, x, y],
-        ];
-        let (sums, _) = self.0.as_chunks_mut::<4>();
-        for (sums, more) in sums.iter_mut().zip(more) {
-            add(sums, &more);
-        }
-    }
-}
-
-#[inline(always)]
-fn scaled([a, b, c, d]: Lanes, by: f64) -> [f64; 4] {
-    // Written out: `array::map` is not always inlined.
-    let [a, b, c, d]: [f64; 4] = [a.into(), b.into(), c.into(), d.into()];
-    [a * by, b * by, c * by, d * by]
 }
 
 /// Where the sums of these layers are among all.
@@ -331,8 +340,8 @@ fn wanted(set: LayerSet) -> ArrayVec<u8, ALL_SUMS> {
         let first = match layer {
             Layer::Albedo => SURFACE,
             Layer::Normal => SURFACE + 4,
-            Layer::Position => SURFACE + 8,
-            Layer::Uv => SURFACE + 12,
+            Layer::Position => POSITION,
+            Layer::Uv => POSITION + 4,
             Layer::Depth => CAMERA,
             Layer::Coc => CAMERA + 1,
             Layer::Motion => CAMERA + 2,
@@ -378,13 +387,13 @@ mod tests {
 
     /// Samples whose sums depend on their order.
     fn sample(index: u32, surface: &SurfaceSample) -> LayerSample<'_> {
-        let x = f64::from(index) * 0.618;
+        let x = index as f32 * 0.618;
         LayerSample {
             surface,
             origin: &[0.1, 0.1, 0.1, 0.0],
             depth: (20.0 * x.fract()).exp(),
             coc: x.cos(),
-            motion: DVec2::new(x.sin(), x),
+            motion: Vec2::new(x.sin(), x),
             mattes: [["a", "b", "c"][index as usize % 3], &index.to_string()].map(MatteId::of),
         }
     }
@@ -442,7 +451,7 @@ mod tests {
             origin: &[0.0, 1e6, 0.0, 0.0],
             depth: 4.0,
             coc: 8.0,
-            motion: DVec2::new(3.0, -2.0),
+            motion: Vec2::new(3.0, -2.0),
             mattes: ["a", "b"].map(MatteId::of),
         };
         // One blocked in the lens, one that meets nothing, two that meet the same point.

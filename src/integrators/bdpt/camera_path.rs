@@ -254,7 +254,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let scattering = (bsdf, material.is_some_and(Material::has_interior));
         self.context.look(|sight| match bsdf.has_specular() {
             true => sight.follow(world, (&ray, Some(hit)), differentials, numbers),
-            false => sight.meet_alone(world, (&ray, hit), scattering, numbers),
+            false => sight.meet_alone(world, (&ray, hit), scattering, &numbers),
         });
     }
 

@@ -4,11 +4,12 @@ use super::emission::MisState;
 use super::{BOTH_WAYS, Branch, PathState};
 use crate::accel::GeometryHit;
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, Way};
+use crate::integrators::Sight;
 use crate::integrators::subsurface::find_exit;
-use crate::math::Vec3;
 use crate::math::color::is_black;
 use crate::math::frame::Frame;
 use crate::math::ray::RayDifferentials;
+use crate::math::{Rgb, Vec3};
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Samples the BSDF and updates the throughput.
@@ -30,7 +31,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     }
 
     /// Continues from a smooth boundary: as [`PathState::scatter`], without a BSDF's memory.
-    pub(super) fn cross(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
+    pub(super) fn cross(
+        &mut self,
+        hit: &GeometryHit,
+        (boundary, has_interior): (&Boundary, bool),
+    ) -> Option<()> {
         let stream = &mut *self.context.stream;
         // Those of emitter sampling, and a third that no boundary has a use for.
         stream.skip_1d();
@@ -40,6 +45,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let shading = &surface.shading;
         let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
         let sample = boundary.sample(&frame, 0.0, surface.wo, u)?;
+        self.look_across(hit, has_interior, || Sight::weight(frame.n, &sample));
         if !self.pass_on(&sample, frame.n) {
             return None;
         }
@@ -59,7 +65,13 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
 
     /// Continues from a boundary of glass both ways (`Ways::both`); the fainter one is taken when the other has ended. A
     /// choice by flux makes what is faint as noisy as it is faint (docs/notes/light-paths.md, "Smooth boundaries").
-    pub(super) fn cross_both_ways(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
+    ///
+    /// Layers look along one of them, by its flux, which is nearly always one that the path takes.
+    pub(super) fn cross_both_ways(
+        &mut self,
+        hit: &GeometryHit,
+        (boundary, has_interior): (&Boundary, bool),
+    ) -> Option<()> {
         let stream = &mut *self.context.stream;
         // As in `cross`.
         stream.skip_1d();
@@ -68,19 +80,37 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let u = stream.next_2d().x;
         let numbers_of_other = stream.fork();
         let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
+        let (way, probability) = ways.choose(0.0, u)?;
+        self.look_across(hit, has_interior, || way.share / probability);
         let Some((brighter, (fainter, chance))) = ways.both() else {
-            return self.follow(hit, ways.choose(0.0, u)?);
+            return self.follow(hit, (way, probability));
         };
+        let is_seen = self.trail.is_seen;
+        let sees_fainter = is_seen && way.wi == fainter.wi;
         if u < chance {
             let before = self.trail;
-            let numbers = std::mem::replace(stream, numbers_of_other);
+            let numbers = std::mem::replace(self.context.stream, numbers_of_other);
+            self.trail.is_seen = sees_fainter;
             let goes_on = self.follow(hit, (fainter, chance));
+            if goes_on.is_none() {
+                self.look_along(self.trail.ray);
+            }
             let trail = std::mem::replace(&mut self.trail, before);
             let stream = std::mem::replace(self.context.stream, numbers);
             self.branches
                 .extend(goes_on.map(|()| Branch { trail, stream }));
+        } else if sees_fainter {
+            self.look_along(hit.surface.spawn_ray(fainter.wi));
         }
+        self.trail.is_seen = is_seen && !sees_fainter;
         self.follow(hit, (brighter, 1.0))
+    }
+
+    /// Looks on behind a boundary, whose way passes on so much light, for layers.
+    #[inline(always)]
+    fn look_across(&mut self, hit: &GeometryHit, has_interior: bool, weight: impl FnOnce() -> Rgb) {
+        let (world, ray) = (self.context.world, self.trail.ray);
+        self.look(|sight| sight.cross(world, (&ray, hit), has_interior, weight()));
     }
 
     /// Follows a way that was chosen with this probability.

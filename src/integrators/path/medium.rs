@@ -74,7 +74,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             return Some(vertex);
         }
         if u < chance_of_scattering {
-            self.branch_off(scattered, &vertex, hit);
+            self.branch_off(scattered, &vertex);
         }
         *self.context.stream = numbers_of_passing;
         self.trail.throughput = passed / chance_of_passing;
@@ -99,10 +99,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     }
 
     /// Begins a branch that scatters at a point of a medium, which it comes to with this throughput.
-    fn branch_off(&mut self, throughput: Rgb, vertex: &MediumVertex, hit: Option<&GeometryHit>) {
+    fn branch_off(&mut self, throughput: Rgb, vertex: &MediumVertex) {
         let (before, differentials) = (self.trail, self.differentials);
         self.arrive(Met::Medium);
-        self.look_beyond(hit);
+        // Layers look along the way that passes.
+        self.trail.is_seen = false;
         self.trail.throughput = throughput;
         let left = self.scatter_in_medium(vertex);
         let left = left.and_then(|()| self.russian_roulette());

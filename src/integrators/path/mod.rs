@@ -124,8 +124,13 @@ impl Path {
             waiting: 0,
             context,
         };
-        while state.extend().or_else(|| state.turn_back()).is_some() {}
-        state.trail.radiance
+        loop {
+            while state.extend().is_some() {}
+            state.look_along(state.trail.ray);
+            if state.turn_back().is_none() {
+                return state.trail.radiance;
+            }
+        }
     }
 }
 
@@ -176,6 +181,8 @@ struct Trail {
     specular_only: bool,
     /// Surfaces without material so far.
     null_surfaces: u32,
+    /// Layers look along it, if they look: of the ways that a path takes, along one.
+    is_seen: bool,
 }
 
 impl Trail {
@@ -193,11 +200,10 @@ impl Trail {
             looks_on: world.has_visible_lights() || !world.media.is_empty(),
             specular_only: true,
             null_surfaces: 0,
+            is_seen: true,
         }
     }
-}
 
-impl Trail {
     /// Takes another way, with the light that was collected by this one.
     fn turn_to(&mut self, branch: Trail) {
         *self = Trail {
@@ -303,19 +309,17 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             return self.skip_null_surface(hit);
         };
         if self.trail.depth >= self.trail.max_depth {
+            self.look_beyond(Some(hit));
             return None;
         }
         if let Some(boundary) = world.even_boundary(hit.material) {
+            let has_interior = material.has_interior();
+            self.differentials = None;
             if self.takes_both_ways() && boundary.is_glass() {
-                self.look_beyond(Some(hit));
-                self.differentials = None;
-                return self.cross_both_ways(hit, boundary);
+                return self.cross_both_ways(hit, (boundary, has_interior));
             }
-            if !WATCHED {
-                self.differentials = None;
-                self.cross(hit, boundary)?;
-                return self.russian_roulette();
-            }
+            self.cross(hit, (boundary, has_interior))?;
+            return self.russian_roulette();
         }
         let mut bsdf = Bsdf::empty();
         world.fill_bsdf(material, &hit.surface, self.differentials, &mut bsdf);
@@ -356,16 +360,23 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Looks at the path, for layers.
     #[inline(always)]
     fn look(&mut self, note: impl FnOnce(&mut Sight)) {
-        if WATCHED {
+        if WATCHED && self.trail.is_seen {
             self.context.look(note);
         }
     }
 
-    /// Looks at what is behind the point where the path scatters in a medium, or goes both ways, for layers, by the numbers that the path has then.
+    /// Looks at what is behind the point where the path scatters in a medium, or ends, for layers, by the numbers that the path has then.
     fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
         let (world, numbers) = (self.context.world, *self.context.stream);
         let (ray, differentials) = (self.trail.ray, self.differentials);
         self.look(|sight| sight.follow(world, (&ray, hit), differentials, numbers));
+    }
+
+    /// Looks along a ray that the path does not take, for layers.
+    #[inline(always)]
+    fn look_along(&mut self, ray: Ray) {
+        let (world, numbers) = (self.context.world, *self.context.stream);
+        self.look(|sight| sight.follow_ray(world, ray, numbers));
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.

@@ -245,7 +245,8 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         }
         for i in 0..vertices.count() {
             let path = vertices.path(i);
-            let Some(sight) = sight(&mut self.bundle.paths[path]).filter(|s| s.is_looking()) else {
+            let looks = |sight: &&mut Sight| trails[path].is_seen && sight.is_looking();
+            let Some(sight) = sight(&mut self.bundle.paths[path]).filter(looks) else {
                 continue;
             };
             let uv = match bare.parameters(i) {
@@ -297,12 +298,11 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         let hit = found.and_then(|found| state.context.world.surface(&state.trail.ray, &found));
         if let Some(hit) = &hit
             && !(MEDIA && is_in_media(&trail, hit.interface))
+            && trail.depth < trail.max_depth
             && wave.add_coated(state.context.world, path, hit)
         {
-            if trail.depth < trail.max_depth {
-                let world = state.context.world;
-                state.look(|sight| sight.meet_coated(world, &trail.ray, hit));
-            }
+            let world = state.context.world;
+            state.look(|sight| sight.meet_coated(world, &trail.ray, hit));
             return;
         }
         let (mattes, coated) = (&mut wave.mattes.vertices, &mut wave.coated.vertices);
@@ -321,6 +321,9 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             }
             state.scatter(hit, bsdf)
         });
+        if goes_on.is_none() {
+            state.look_along(state.trail.ray);
+        }
         wave.paths.trails[path as usize] = state.trail;
         let branches = state.branches;
         wave.paths.waiting[path as usize] += branches.len() as u8;
@@ -434,6 +437,10 @@ impl Wave {
         if MEDIA && is_in_media(trail, triangle.attributes().interface) {
             return false;
         }
+        if WATCHED && self.is_looking && trail.depth >= trail.max_depth {
+            // Layers may want to know more of it.
+            return false;
+        }
         match triangle.attributes().light {
             None if triangle.is_flat() => self.add_flat::<WATCHED>(world, path, (&triangle, found)),
             None => self.add_smooth::<WATCHED>(world, path, (&triangle, found)),
@@ -497,14 +504,11 @@ impl Wave {
         let Some(lobes) = world.even_coat(hit.material) else {
             return false;
         };
-        let trail = &self.paths.trails[path as usize];
-        if trail.depth < trail.max_depth {
-            let surface = &hit.surface;
-            let shading = &surface.shading;
-            let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
-            let vertices = &mut self.coated.vertices;
-            vertices.begin(path, surface, (lobes, &frame), trail.throughput);
-        }
+        let (surface, shading) = (&hit.surface, &hit.surface.shading);
+        let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+        let throughput = self.paths.trails[path as usize].throughput;
+        let vertices = &mut self.coated.vertices;
+        vertices.begin(path, surface, (lobes, &frame), throughput);
         true
     }
 }
