@@ -179,8 +179,16 @@ impl Geometry {
 
     /// What was hit, as the scene has it: an instance, or a shape that is in none.
     pub fn standing(&self, hit: &GeometryHit) -> Standing {
-        let instance = self.path(&hit.found).next();
-        match instance.map(|instance| &instance.inner) {
+        let first = hit.found.path[0];
+        if first == PrimitiveId::NONE {
+            return Standing::Shape(hit.shape);
+        }
+        match self
+            .top
+            .instances
+            .get(first.index())
+            .map(|instance| &instance.inner)
+        {
             Some(Inner::Object { number, .. }) => Standing::Instance(*number),
             Some(Inner::Shape(_)) | None => Standing::Shape(hit.shape),
         }

@@ -131,10 +131,14 @@ fn counts(data: &[u8], start: usize, tokens: &[Token]) -> [u32; SYMBOLS] {
     // Four tables: a processor waits where it counts the same twice in a row.
     let mut tables = [[0; SYMBOLS]; 4];
     for_each(data, start, tokens, |literals, repeated| {
-        for bytes in literals.chunks(4) {
-            for (table, &byte) in tables.iter_mut().zip(bytes) {
+        let (fours, rest) = literals.as_chunks::<4>();
+        for four in fours {
+            for (table, &byte) in tables.iter_mut().zip(four) {
                 table[usize::from(byte)] += 1;
             }
+        }
+        for &byte in rest {
+            tables[0][usize::from(byte)] += 1;
         }
         for_each_length(repeated, |length| tables[0][symbol(length).0] += 1);
     });
@@ -184,12 +188,17 @@ fn write_tokens(
 ) {
     for_each(data, start, tokens, |literals, repeated| {
         out.bytes.reserve(2 * literals.len() + 8);
-        for bytes in literals.chunks(4) {
-            for &byte in bytes {
+        let (fours, rest) = literals.as_chunks::<4>();
+        for four in fours {
+            for &byte in four {
                 out.put_code(codes[usize::from(byte)]);
             }
             out.flush();
         }
+        for &byte in rest {
+            out.put_code(codes[usize::from(byte)]);
+        }
+        out.flush();
         for_each_length(repeated, |length| {
             let (symbol, (bits, count)) = symbol(length);
             out.put_code(codes[symbol]);

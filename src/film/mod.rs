@@ -59,8 +59,8 @@ pub use encoding::Encoding;
 pub use image::Image;
 pub(crate) use layers::GrowingLayers;
 pub use layers::{
-    ImageLayer, ImageLayers, ImageMatte, Layer, LayerSample, LayerSet, Manifest, MatteId, NO_GROUP,
-    SurfaceSample,
+    CameraSample, ImageLayer, ImageLayers, ImageMatte, Layer, LayerSample, LayerSet, Manifest,
+    MatteId, NO_GROUP, SurfaceSample,
 };
 pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};

@@ -78,8 +78,10 @@ impl PixelStatistics {
 
 #[cfg(test)]
 mod tests {
-    use crate::film::{Layer, LayerSample, LayerSet, MatteId, PixelBounds, SurfaceSample, Tile};
-    use crate::math::{Rgb, UVec2, Vec2, Vec3};
+    use crate::film::{
+        CameraSample, Layer, LayerSample, LayerSet, MatteId, PixelBounds, SurfaceSample, Tile,
+    };
+    use crate::math::{DVec4, Rgb, UVec2, Vec2, Vec3};
 
     #[test]
     fn tiles_come_back_bit_for_bit() {
@@ -96,10 +98,8 @@ mod tests {
             surface.set_uv(Vec2::splat(0.7));
             let seen = LayerSample {
                 surface: &surface,
-                origin: &[1.0, 0.0, 0.0, 0.0],
-                depth: 0.3,
-                coc: 1e-9,
-                motion: Vec2::new(-0.0, 1e-40),
+                origin: &DVec4::X,
+                camera: CameraSample::new(0.3, 1e-9, Vec2::new(-0.0, 1e-40)),
                 mattes: ["a", &number.to_string()].map(MatteId::of),
             };
             tile.add_layers(pixel, -1.0, Some(Some(&seen)), &[Rgb::ONE]);

@@ -1,10 +1,12 @@
 //! A tile: the part of the film that one worker owns.
 
-use super::layers::{LayerPixels, LayerSample, LayerSet, TileLayers};
+use super::layers::{
+    CameraSample, LayerPixels, LayerSample, LayerSet, MatteId, SurfaceSample, TileLayers,
+};
 use super::pairwise::{Join, PixelSum};
 use super::{PixelBounds, PixelStatistics};
 use crate::math::color::luminance;
-use crate::math::{Rgb, UVec2};
+use crate::math::{DVec4, Rgb, UVec2};
 
 /// Radiance with a luminance below this is an error rather than rounding (docs/scene-language.md §4.1).
 const MAX_NEGATIVE_LUMINANCE: f32 = -1e-5;
@@ -102,6 +104,23 @@ impl Tile {
         if let Some(layers) = &mut self.layers {
             layers.open(pixel, || self.bounds.index(pixel));
             layers.add(weight, sample, lights);
+        }
+    }
+
+    /// The same for samples of a pixel one after the other that have met the same with this weight and bring no light to layers of their own: their
+    /// mattes, and where render space begins in world space.
+    #[inline(always)]
+    pub fn add_run_to_layers<'a>(
+        &mut self,
+        pixel: UVec2,
+        like: (f32, [MatteId; 2], &DVec4),
+        samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
+    ) {
+        if let Some(layers) = &mut self.layers {
+            layers.open(pixel, || self.bounds.index(pixel));
+            layers.add_run(like, samples);
+        } else {
+            samples.for_each(drop);
         }
     }
 

@@ -117,6 +117,13 @@ impl Context<'_> {
         }
     }
 
+    /// What looks at the path, for layers, if they are wanted; and the numbers that the path has next, which it may look on by.
+    #[inline(always)]
+    pub(super) fn sight(&mut self) -> Option<(&mut Sight, &SampleStream)> {
+        let sight = self.watch.as_mut()?.sight.as_mut()?;
+        Some((sight, self.stream))
+    }
+
     /// Returns `true` if layers are wanted, and the path has not told them all yet.
     pub(super) fn is_looked_at(&self) -> bool {
         self.watch.as_deref().is_some_and(Watch::is_looking)

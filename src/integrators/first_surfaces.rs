@@ -95,7 +95,7 @@ impl Sight {
         world: &World,
         (ray, hit): (&Ray, Option<&GeometryHit>),
         differentials: Option<&RayDifferentials>,
-        stream: SampleStream,
+        stream: &SampleStream,
     ) {
         if self.is_looking() {
             let mut follower = Follower::new(self, world, stream);
@@ -106,7 +106,7 @@ impl Sight {
 
     /// The same of a ray that the path does not take.
     #[inline(always)]
-    pub(super) fn follow_ray(&mut self, world: &World, ray: Ray, stream: SampleStream) {
+    pub(super) fn follow_ray(&mut self, world: &World, ray: Ray, stream: &SampleStream) {
         if self.is_looking() {
             Follower::new(self, world, stream).trace(Some(ray));
         }
@@ -143,7 +143,7 @@ impl Sight {
     ) {
         self.meet(world, met, scattering);
         if !self.is_done() {
-            let mut follower = Follower::new(self, world, *stream);
+            let mut follower = Follower::new(self, world, stream);
             let next = follower.scatter(met.1, scattering.0);
             follower.trace(next);
         }
@@ -280,6 +280,7 @@ impl Sight {
         (self.state == State::Done).then_some(self.seen())
     }
 
+    #[inline(always)]
     fn seen(&self) -> Option<&FirstSurfaces> {
         (!self.is_empty).then_some(&self.first)
     }
@@ -314,11 +315,11 @@ struct Follower<'a> {
 }
 
 impl<'a> Follower<'a> {
-    fn new(sight: &'a mut Sight, world: &'a World, stream: SampleStream) -> Follower<'a> {
+    fn new(sight: &'a mut Sight, world: &'a World, stream: &SampleStream) -> Follower<'a> {
         Follower {
             sight,
             world,
-            stream,
+            stream: *stream,
             null_surfaces: 0,
         }
     }
@@ -381,6 +382,6 @@ pub fn first_surfaces(
         ..Sight::default()
     };
     let hit = world.intersect(ray);
-    sight.follow(world, (ray, hit.as_ref()), differentials, stream);
+    sight.follow(world, (ray, hit.as_ref()), differentials, &stream);
     sight.seen().copied()
 }

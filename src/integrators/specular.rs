@@ -78,10 +78,11 @@ pub(super) fn trace(
         let mut bsdf = Bsdf::empty();
         let differentials = branch.differentials.as_ref();
         world.fill_bsdf(material, &hit.surface, differentials, &mut bsdf);
-        if depth == 0 && context.watch.is_some() {
+        if depth == 0
+            && let Some((sight, numbers)) = context.sight()
+        {
             let scattering = (&bsdf, material.has_interior());
-            let (met, numbers) = ((&branch.ray, &hit), *context.stream);
-            context.look(|sight| sight.meet_alone(world, met, scattering, &numbers));
+            sight.meet_alone(world, (&branch.ray, &hit), scattering, numbers);
         }
         context.scale_parts(branch.throughput);
         let direct = match bsdf.has_non_specular() {

@@ -2,7 +2,7 @@
 //! [`Watch`]. Or counts what paths do, or looks at what they meet first.
 
 use super::counts::Counts;
-use super::{LightParts, Sight};
+use super::{FirstSurfaces, LightParts, Sight};
 use crate::film::{Layer, LayerSet};
 use crate::handles::{LightId, LightLayer, MaterialId};
 use crate::math::Rgb;
@@ -56,6 +56,15 @@ impl Watch {
         sight.restart(layers.contains(Layer::Uv));
         if layers.lights() > 0 {
             **self.parts.get_or_insert_default() = LightParts::default();
+        }
+    }
+
+    /// What the path has met, if it has told all of it and its light is not wanted by layers.
+    #[inline(always)]
+    pub fn found(&self) -> Option<&FirstSurfaces> {
+        match self.parts {
+            None => self.sight.as_ref()?.known()?,
+            Some(_) => None,
         }
     }
 

@@ -20,7 +20,7 @@ pub mod spline;
 pub mod stepped;
 pub mod transform;
 
-pub use glam::{DMat4, DVec2, DVec3, IVec2, UVec2, UVec3, Vec2, Vec3, Vec4};
+pub use glam::{DMat4, DVec2, DVec3, DVec4, IVec2, UVec2, UVec3, Vec2, Vec3, Vec4};
 
 /// Linear RGB with sRGB (Rec. 709) primaries; also reflectances and other per-channel factors.
 pub type Rgb = Vec3;

@@ -1,13 +1,12 @@
 //! What a camera sample tells the image's layers.
 
 use super::{OfAll, PendingSample, RenderJob};
-use crate::accel::Thing;
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
-use crate::film::{Layer, LayerSample, LayerSet, MatteId, Tile};
+use crate::film::{CameraSample, Layer, LayerSample, LayerSet, Tile};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
 use crate::math::instruction_set::{Instructions, Kernel};
-use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
+use crate::math::{DVec3, DVec4, Rgb, Vec2, Vec3};
 use crate::samplers::{SampleStream, Sampler};
 use arrayvec::ArrayVec;
 
@@ -16,7 +15,7 @@ pub(super) struct Shown<'a> {
     /// Layers that tell of surfaces are among them.
     surfaces: bool,
     /// Of render space, in world space; and a zero.
-    origin: [f64; 4],
+    origin: DVec4,
     /// Where depth or circles of confusion are wanted.
     depths: Option<Depths<'a>>,
     /// When [`Layer::Motion`] begins and ends, if it is wanted and anything moves.
@@ -30,7 +29,7 @@ impl Shown<'_> {
         let has_depths = layers.contains(Layer::Depth) || layers.contains(Layer::Coc);
         Shown {
             surfaces: layers.with_lights(0) != LayerSet::NONE.with(Layer::Lights),
-            origin: job.world_from_render.extend(0.0).to_array(),
+            origin: job.world_from_render.extend(0.0),
             depths: has_depths.then(|| job.camera.depths()),
             motion: job.motion_times,
         }
@@ -54,21 +53,51 @@ impl Kernel for Tell<'_> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        let (waiting, rays) = self.samples;
-        let (mut path, mut last) = (0, LastMattes::default());
-        for ((waiting, ray), watch) in waiting.iter().zip(rays).zip(self.looks) {
-            let ray = ray.as_ref();
-            let from = (self.sampler, watch);
-            if watch.parts.is_none() {
-                let sample = (waiting, ray, &[][..]);
-                add_surfaces(self.shown, sample, from, &mut last, self.tile);
-            } else {
+        let (shown, (waiting, rays), looks) = (self.shown, self.samples, self.looks);
+        let (mut place, mut path) = (0, 0);
+        while let (Some(first), Some(ray), Some(watch)) =
+            (waiting.get(place), rays.get(place), looks.get(place))
+        {
+            let Some(found) = plainly_found(shown, ray, watch) else {
                 let radiance = self.radiances.get(path).copied().unwrap_or_default();
-                add(self.shown, waiting, (ray, radiance), from, self.tile);
-            }
-            path += usize::from(ray.is_some());
+                let sample = (ray.as_ref(), radiance);
+                add(shown, first, sample, (self.sampler, watch), self.tile);
+                place += 1;
+                path += usize::from(ray.is_some());
+                continue;
+            };
+            let start = place;
+            let (pixel, weight, thing) = (first.pixel, first.filter_weight, found.thing);
+            let samples = std::iter::from_fn(|| {
+                let (next, ray) = (waiting.get(place)?, rays.get(place)?);
+                let found = plainly_found(shown, ray, looks.get(place)?)?;
+                let is_same_weight = next.filter_weight.to_bits() == weight.to_bits();
+                if !is_same_weight || next.pixel != pixel || found.thing != thing {
+                    return None;
+                }
+                place += 1;
+                Some((
+                    &found.surface,
+                    of_camera(shown, ray.as_ref()?.ray.time, found),
+                ))
+            });
+            let like = (weight, shown.0.mattes.of(thing), &shown.1.shown.origin);
+            self.tile.add_run_to_layers(pixel, like, samples);
+            path += place - start;
         }
     }
+}
+
+/// What is to be told of a sample, where it is only what a path has met: most are of this kind.
+#[inline(always)]
+fn plainly_found<'a>(
+    (_, all): (&RenderJob, &OfAll),
+    ray: &Option<CameraRay>,
+    watch: &'a Watch,
+) -> Option<&'a FirstSurfaces> {
+    let found = watch.found()?;
+    let is_plain = all.shown.surfaces && ray.is_some() && found.surface.is_finite();
+    is_plain.then_some(found)
 }
 
 /// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it; without a
@@ -85,37 +114,26 @@ pub(super) fn add(
         (Some(ray), Some(parts)) => lights(parts, (waiting.weight(ray), radiance), tile),
         _ => ArrayVec::new(),
     };
-    let mut last = LastMattes::default();
-    let sample = (waiting, ray, &lights[..]);
-    add_surfaces(shown, sample, (sampler, watch), &mut last, tile);
-}
-
-/// The same where what it brings to layers of light is known.
-#[inline(always)]
-fn add_surfaces(
-    (job, all): (&RenderJob, &OfAll),
-    (waiting, ray, lights): (&PendingSample, Option<&CameraRay>, &[Rgb]),
-    (sampler, watch): (&Sampler, &Watch),
-    last: &mut LastMattes,
-    tile: &mut Tile,
-) {
-    let at = (waiting.pixel, waiting.filter_weight);
+    let (job, all) = shown;
     let known = watch.sight.as_ref().and_then(Sight::known);
-    match (ray, known) {
-        (Some(ray), Some(Some(found))) if all.shown.surfaces => {
-            add_found((job, all), at, (ray.ray.time, found), lights, (last, tile));
-        }
+    let found = match (ray, known) {
+        (Some(_), Some(known)) if all.shown.surfaces => known.copied(),
         (Some(ray), None) if all.shown.surfaces => {
-            let stream = waiting.stream_again(job, sampler);
-            match traced((job, all), ray, stream) {
-                Some(found) => {
-                    add_found((job, all), at, (ray.ray.time, &found), lights, (last, tile));
-                }
-                None => add_other(tile, at, Some(None), lights),
-            }
+            traced(shown, ray, waiting.stream_again(job, sampler))
         }
-        _ => add_other(tile, at, ray.map(|_| None), lights),
-    }
+        _ => None,
+    };
+    let found = found.map(finite);
+    let sample = ray.map(|ray| {
+        found.as_ref().map(|found| LayerSample {
+            surface: &found.surface,
+            origin: &all.shown.origin,
+            camera: of_camera(shown, ray.ray.time, found),
+            mattes: job.mattes.of(found.thing),
+        })
+    });
+    let sample = sample.as_ref().map(Option::as_ref);
+    tile.add_layers(waiting.pixel, waiting.filter_weight, sample, &lights);
 }
 
 /// What a path brings, of this radiance, by layers of light.
@@ -127,17 +145,6 @@ fn lights(
 ) -> ArrayVec<Rgb, { LayerSet::MAX_LIGHTS }> {
     let factor = tile.factor_of_parts(radiance, weight);
     parts.scaled(factor, tile.lights()).collect()
-}
-
-/// What is not as common.
-#[inline(never)]
-fn add_other(
-    tile: &mut Tile,
-    (pixel, weight): (UVec2, f32),
-    sample: Option<Option<&LayerSample>>,
-    lights: &[Rgb],
-) {
-    tile.add_layers(pixel, weight, sample, lights);
 }
 
 /// By a ray for the layers alone.
@@ -153,23 +160,9 @@ fn traced(
     first_surfaces(&job.world, ray, differentials.as_ref(), stream, wants_uv)
 }
 
-/// What surfaces tell at this time.
+/// How the camera sees at this time what has been met.
 #[inline(always)]
-fn add_found(
-    (job, all): (&RenderJob, &OfAll),
-    (pixel, weight): (UVec2, f32),
-    (time, found): (f32, &FirstSurfaces),
-    lights: &[Rgb],
-    (last, tile): (&mut LastMattes, &mut Tile),
-) {
-    let mended;
-    let found = match found.surface.is_finite() {
-        true => found,
-        false => {
-            mended = without_albedo(found);
-            &mended
-        }
-    };
+fn of_camera((job, all): (&RenderJob, &OfAll), time: f32, found: &FirstSurfaces) -> CameraSample {
     // Not by `map`, whose function is not always inlined.
     let at = match &all.shown.depths {
         Some(depths) => depths.at(found.surface.p(), time),
@@ -179,41 +172,16 @@ fn add_found(
         Some(times) => motion(job, time, found, times),
         None => Vec2::ZERO,
     };
-    let sample = LayerSample {
-        surface: &found.surface,
-        origin: &all.shown.origin,
-        depth: at.depth as f32,
-        coc: at.coc as f32,
-        motion,
-        mattes: last.of(job, found.thing),
-    };
-    tile.add_layers(pixel, weight, Some(Some(&sample)), lights);
+    CameraSample::new(at.depth, at.coc, motion)
 }
 
-/// The mattes of the sample before, which mostly are those of the next one.
-#[derive(Default)]
-struct LastMattes {
-    of: Option<Thing>,
-    mattes: [MatteId; 2],
-}
-
-impl LastMattes {
-    #[inline(always)]
-    fn of(&mut self, job: &RenderJob, thing: Thing) -> [MatteId; 2] {
-        if Some(thing) != self.of {
-            (self.of, self.mattes) = (Some(thing), job.mattes.of(thing));
-        }
-        self.mattes
+/// With albedo and normal black where they are not numbers: one sample would spoil its pixel.
+fn finite(mut found: FirstSurfaces) -> FirstSurfaces {
+    if !found.surface.is_finite() {
+        found.surface.set_albedo(Rgb::ZERO);
+        found.surface.set_normal(Vec3::ZERO);
     }
-}
-
-/// With albedo and normal black, which are not numbers: one sample would spoil its pixel.
-#[cold]
-fn without_albedo(found: &FirstSurfaces) -> FirstSurfaces {
-    let mut mended = *found;
-    mended.surface.set_albedo(Rgb::ZERO);
-    mended.surface.set_normal(Vec3::ZERO);
-    mended
+    found
 }
 
 /// See [`Layer::Motion`], of what is met at this time; none where the camera does not see both ends of the way.

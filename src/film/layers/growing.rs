@@ -55,9 +55,9 @@ impl GrowingLayers {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{LayerSample, MatteId, SurfaceSample, all};
+    use super::super::{CameraSample, LayerSample, MatteId, SurfaceSample, all};
     use super::*;
-    use crate::math::{Rgb, UVec2, Vec2, Vec3};
+    use crate::math::{DVec4, Rgb, UVec2, Vec2, Vec3};
 
     fn surface(x: f32) -> SurfaceSample {
         let mut surface = SurfaceSample::default();
@@ -71,10 +71,8 @@ mod tests {
     fn sample(x: f32, surface: &SurfaceSample) -> LayerSample<'_> {
         LayerSample {
             surface,
-            origin: &[1.0, 0.0, 0.0, 0.0],
-            depth: x,
-            coc: x.cos(),
-            motion: Vec2::new(x.sin(), x),
+            origin: &DVec4::X,
+            camera: CameraSample::new(x.into(), x.cos().into(), Vec2::new(x.sin(), x)),
             mattes: ["a", "b"].map(MatteId::of),
         }
     }
@@ -91,8 +89,8 @@ mod tests {
         for number in 0..3 {
             let mut tile = spec.tile(PixelBounds::new(UVec2::new(1, 0), UVec2::new(3, 2)));
             for (i, pixel) in tile.bounds().pixels().enumerate() {
-                let x = 0.3 + i as f64 + 0.1 * f64::from(number);
-                let surface = surface(x as f32);
+                let x = 0.3 + i as f32 + 0.1 * number as f32;
+                let surface = surface(x);
                 let seen = sample(x, &surface);
                 tile.add_layers(pixel, 0.5, Some(Some(&seen)), &[Rgb::ONE, Rgb::X]);
                 tile.add_sample(pixel, Rgb::ONE, 0.5);

@@ -60,16 +60,17 @@ impl ImageLayers {
         self.means.iter().find(|own| own.layer == layer)
     }
 
-    /// Sets pixels to what their sums tell: the one that `place` says, if any, for each of the first `count`. Light is in units of 1/`scale`.
+    /// Sets pixels to what their sums tell: for each in turn the one that `places` say, if any. Light is in units of 1/`scale`.
     pub(in super::super) fn develop(
         &mut self,
         pixels: &LayerPixels,
-        count: usize,
+        places: &[Option<usize>],
         scale: f64,
-        place: impl Fn(usize) -> Option<usize>,
     ) {
-        let places = (0..count).filter_map(|number| Some((number, place(number)?)));
-        self.develop_sums(pixels, &places.collect::<Vec<_>>(), scale);
+        let numbered = places.iter().enumerate();
+        let shown = numbered.filter_map(|(number, place)| Some((number, (*place)?)));
+        self.develop_sums(pixels, &shown.collect::<Vec<_>>(), scale);
+        let place = |number: usize| places.get(number).copied().flatten();
         let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
         for matte in &mut self.mattes {
             if let Some(kind) = matte.layer.matte() {

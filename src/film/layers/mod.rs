@@ -15,7 +15,7 @@ pub use coverage::ImageMatte;
 pub use cryptomatte::{Manifest, MatteId};
 pub(crate) use growing::GrowingLayers;
 pub use image_layers::{ImageLayer, ImageLayers};
-pub use sample::{LayerSample, SurfaceSample};
+pub use sample::{CameraSample, LayerSample, SurfaceSample};
 pub(super) use sums::{LayerPixels, TileLayers};
 
 use crate::math::Rgb;

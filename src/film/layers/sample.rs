@@ -1,7 +1,7 @@
 //! What a sample tells the layers.
 
 use super::MatteId;
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{DVec4, Rgb, Vec2, Vec3, Vec4};
 
 /// What a camera ray that left the lens and met a surface tells the layers.
 #[derive(Clone, Copy, Debug)]
@@ -9,73 +9,81 @@ pub struct LayerSample<'a> {
     /// Of the surface.
     pub surface: &'a SurfaceSample,
     /// Where render space begins, in world space, scene units; and a zero.
-    pub origin: &'a [f64; 4],
-    /// See [`super::Layer::Depth`].
-    pub depth: f32,
-    /// See [`super::Layer::Coc`].
-    pub coc: f32,
-    /// See [`super::Layer::Motion`].
-    pub motion: Vec2,
+    pub origin: &'a DVec4,
+    /// Of the camera.
+    pub camera: CameraSample,
     /// Of [`super::Layer::MATTES`].
     pub mattes: [MatteId; 2],
+}
+
+/// What layers tell of how a camera sees a point.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraSample(pub(super) Vec4);
+
+impl CameraSample {
+    /// See [`super::Layer::Depth`], [`super::Layer::Coc`] and [`super::Layer::Motion`].
+    #[inline(always)]
+    pub fn new(depth: f64, coc: f64, motion: Vec2) -> CameraSample {
+        CameraSample(Vec4::new(depth as f32, coc as f32, motion.x, motion.y))
+    }
 }
 
 /// What layers tell of a surface: numbers side by side, which vector instructions add.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceSample {
-    /// Albedo, 0, normal, 0: what is filtered.
-    pub(super) filtered: [f32; 8],
-    /// Point, 0, (u, v), 0, 0.
-    pub(super) plain: [f32; 8],
+    pub(super) albedo: Vec4,
+    pub(super) normal: Vec4,
+    pub(super) p: Vec4,
+    pub(super) uv: Vec4,
 }
 
 impl SurfaceSample {
     /// See [`super::Layer::Albedo`].
     #[inline(always)]
     pub fn albedo(&self) -> Rgb {
-        Vec3::from_slice(&self.filtered)
+        self.albedo.truncate()
     }
 
     /// See [`super::Layer::Normal`]; in render space, which is world space moved.
     #[inline(always)]
     pub fn normal(&self) -> Vec3 {
-        Vec3::from_slice(&self.filtered[4..])
+        self.normal.truncate()
     }
 
     /// The point, in render space.
     #[inline(always)]
     pub fn p(&self) -> Vec3 {
-        Vec3::from_slice(&self.plain)
+        self.p.truncate()
     }
 
     /// Sets the albedo.
     #[inline(always)]
     pub fn set_albedo(&mut self, albedo: Rgb) {
-        albedo.write_to_slice(&mut self.filtered);
+        self.albedo = albedo.extend(0.0);
     }
 
     /// Sets the normal.
     #[inline(always)]
     pub fn set_normal(&mut self, normal: Vec3) {
-        normal.write_to_slice(&mut self.filtered[4..]);
+        self.normal = normal.extend(0.0);
     }
 
     /// Sets the point.
     #[inline(always)]
     pub fn set_p(&mut self, p: Vec3) {
-        p.write_to_slice(&mut self.plain);
+        self.p = p.extend(0.0);
     }
 
     /// Sets the surface's parameters: see [`super::Layer::Uv`].
     #[inline(always)]
     pub fn set_uv(&mut self, uv: Vec2) {
-        uv.write_to_slice(&mut self.plain[4..]);
+        self.uv = Vec4::new(uv.x, uv.y, 0.0, 0.0);
     }
 
     /// Returns `true` if albedo and normal are numbers.
     #[inline(always)]
     pub fn is_finite(&self) -> bool {
         // Not zero times one of them, but for numbers.
-        self.filtered.map(|x| x * 0.0) == [0.0; 8]
+        (self.albedo * 0.0 + self.normal * 0.0) == Vec4::ZERO
     }
 }

@@ -7,9 +7,9 @@
 //! surface, for a mean with the negative weights of some filters may be over a sum that is nearly zero.
 
 use super::coverage::Coverage;
-use super::{Layer, LayerSample, LayerSet, MatteId, SurfaceSample};
+use super::{CameraSample, Layer, LayerSample, LayerSet, MatteId, SurfaceSample};
 use crate::film::pairwise::{Join, Pairwise, PixelSum};
-use crate::math::{DVec3, Rgb, UVec2};
+use crate::math::{DVec3, DVec4, Rgb, UVec2, Vec4};
 use arrayvec::ArrayVec;
 use std::ops::AddAssign;
 
@@ -89,6 +89,13 @@ impl LayerPixels {
         }
     }
 
+    /// Those of a pixel: of light last, and of all else.
+    fn of(&mut self, index: usize) -> (&mut [f64], &mut [f64]) {
+        let (count, lights) = (self.set.sums(), 3 * self.set.lights());
+        let sums = { self.sums.get_mut(index * count..(index + 1) * count) }.unwrap_or_default();
+        sums.split_at_mut(sums.len().saturating_sub(lights))
+    }
+
     /// Adds to those of a pixel.
     pub(super) fn add(&mut self, index: usize, more: impl Iterator<Item = f64>) {
         let count = self.set.sums();
@@ -105,12 +112,9 @@ impl LayerPixels {
         index: usize,
         lights: impl Iterator<Item = DVec3>,
     ) {
-        let (set, count) = (self.set, self.set.sums());
-        let Some(sums) = self.sums.get_mut(index * count..(index + 1) * count) else {
-            return;
-        };
+        let (sums, own) = self.of(index);
         let all = sums.get(SAMPLES).copied().unwrap_or_default();
-        add_lights(set.light_sums(sums), lights.map(|light| light * all));
+        add_lights(own, lights.map(|light| light * all));
     }
 
     /// Adds those of the same pixels.
@@ -124,24 +128,23 @@ impl LayerPixels {
 
 /// The sums of all layers, wanted or not, but for those of light: the shared ones, of the four parts of a [`SurfaceSample`], and of
 /// [`Layer::Depth`], [`Layer::Coc`] and [`Layer::Motion`].
-#[derive(Clone, Debug)]
-struct Own([f64; ALL_SUMS]);
+#[derive(Clone, Debug, Default)]
+struct Own([DVec4; ROWS]);
 
-/// How many there are.
-const ALL_SUMS: usize = CAMERA + 4;
-
-/// Where those of surfaces and of the camera are.
+/// How many of four they are, and where those of surfaces and of the camera begin.
+const ROWS: usize = 6;
 const SURFACE: usize = SHARED;
 const POSITION: usize = SURFACE + 8;
 const CAMERA: usize = SURFACE + 16;
 
-impl Default for Own {
-    fn default() -> Own {
-        Own([0.0; ALL_SUMS])
+impl Own {
+    fn sums(&self) -> &[f64; 4 * ROWS] {
+        bytemuck::cast_ref(&self.0)
     }
 }
 
 impl Join for Own {
+    #[inline(always)]
     fn join(&mut self, right: &Own) {
         add(&mut self.0, &right.0);
     }
@@ -150,38 +153,37 @@ impl Join for Own {
 /// The same of a leaf, sixteen samples at most, in single precision: its rounding is as that of the samples themselves, and half as many instructions
 /// add them. Points are in render space.
 #[derive(Clone, Copy, Debug, Default)]
-struct Leaf {
-    filtered: [f32; 8],
-    plain: [f32; 8],
-    camera: [f32; 4],
-    shared: [f32; 4],
-}
+struct Leaf([Vec4; ROWS]);
 
 impl Leaf {
     /// Adds a sample that has met a surface: whatever is wanted, so that there are no branches.
     #[inline(always)]
-    fn add(&mut self, weight: f32, sample: &LayerSample) {
-        let SurfaceSample { filtered, plain } = sample.surface;
-        for (sum, value) in self.filtered.iter_mut().zip(filtered) {
-            *sum += weight * value;
-        }
-        add(&mut self.plain, plain);
-        let [x, y] = sample.motion.to_array();
-        add(&mut self.camera, &[sample.depth, sample.coc, x, y]);
-        add(&mut self.shared, &[1.0, weight, 1.0, 1.0]);
+    fn add(&mut self, weight: f32, surface: &SurfaceSample, camera: CameraSample) {
+        let SurfaceSample {
+            albedo,
+            normal,
+            p,
+            uv,
+        } = *surface;
+        let shared = Vec4::new(1.0, weight, 1.0, 1.0);
+        add(
+            &mut self.0,
+            &[shared, weight * albedo, weight * normal, p, uv, camera.0],
+        );
+    }
+
+    /// Adds a sample that has met nothing, or one that has not left the lens.
+    #[inline(always)]
+    fn add_empty(&mut self, is_seen: bool) {
+        self.0[0] += Vec4::new(f32::from(is_seen), 0.0, 0.0, 1.0);
     }
 
     /// Its sums, where render space begins at `origin` in world space.
-    fn sums(&self, origin: &[f64; 4]) -> Own {
-        let parts = [&self.shared[..], &self.filtered, &self.plain, &self.camera];
-        let mut own = Own::default();
-        let sums = parts.into_iter().flatten();
-        for (own, sum) in own.0.iter_mut().zip(sums) {
-            *own = f64::from(*sum);
-        }
-        for (position, origin) in own.0[POSITION..].iter_mut().zip(origin) {
-            *position += f64::from(self.shared[HITS]) * origin;
-        }
+    #[inline(always)]
+    fn sums(&self, origin: DVec4) -> Own {
+        let mut own = Own(self.0.map(|sums| sums.as_dvec4()));
+        let hits = own.0[0][HITS];
+        own.0[POSITION / 4] += hits * origin;
         own
     }
 }
@@ -191,7 +193,7 @@ impl Leaf {
 pub(in super::super) struct TileLayers {
     pub(in super::super) pixels: LayerPixels,
     /// Where the sums that are wanted are among all.
-    wanted: ArrayVec<u8, ALL_SUMS>,
+    wanted: ArrayVec<u8, { 4 * ROWS }>,
     /// The pixel whose samples are being added, and its number, if it has one.
     pixel: UVec2,
     open: Option<u32>,
@@ -200,7 +202,7 @@ pub(in super::super) struct TileLayers {
     leaf: Leaf,
     in_leaf: u32,
     /// Where render space begins, in world space.
-    origin: [f64; 4],
+    origin: DVec4,
     leaves: Pairwise<Own>,
     /// The same of light, if any is wanted.
     leaf_of_light: Lights,
@@ -226,7 +228,7 @@ impl TileLayers {
             run: Run::default(),
             leaf: Leaf::default(),
             in_leaf: 0,
-            origin: [0.0; 4],
+            origin: DVec4::ZERO,
             leaves: Pairwise::default(),
             leaf_of_light: Lights::none(set),
             leaves_of_light: Pairwise::default(),
@@ -258,11 +260,10 @@ impl TileLayers {
         match sample {
             Some(Some(found)) => {
                 self.origin = *found.origin;
-                self.leaf.add(weight, found);
-                self.cover(weight, found.mattes);
+                self.leaf.add(weight, found.surface, found.camera);
+                self.cover(weight, found.mattes, 1);
             }
-            Some(None) => add(&mut self.leaf.shared, &[1.0, 0.0, 0.0, 1.0]),
-            None => self.leaf.shared[SAMPLES] += 1.0,
+            other => self.leaf.add_empty(other.is_some()),
         }
         if !lights.is_empty() {
             let lights = lights.iter().map(|light| light.as_dvec3());
@@ -274,14 +275,45 @@ impl TileLayers {
         }
     }
 
-    /// Counts for Cryptomattes.
+    /// Adds samples one after the other that have met the same with this weight, and bring no light to layers of their own.
     #[inline(always)]
-    fn cover(&mut self, weight: f32, mattes: [MatteId; 2]) {
+    pub(in super::super) fn add_run<'a>(
+        &mut self,
+        (weight, mattes, origin): (f32, [MatteId; 2], &DVec4),
+        mut samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
+    ) {
+        self.origin = *origin;
+        loop {
+            let (mut leaf, mut count) = (self.leaf, 0);
+            let room = PixelSum::LEAF - self.in_leaf;
+            while count < room
+                && let Some((surface, camera)) = samples.next()
+            {
+                leaf.add(weight, surface, camera);
+                count += 1;
+            }
+            if self.open.is_some() {
+                self.leaf = leaf;
+                self.in_leaf += count;
+                self.cover(weight, mattes, count as i32);
+            }
+            if count < room {
+                return;
+            }
+            if self.in_leaf == PixelSum::LEAF {
+                self.next_leaf();
+            }
+        }
+    }
+
+    /// Counts samples for Cryptomattes.
+    #[inline(always)]
+    fn cover(&mut self, weight: f32, mattes: [MatteId; 2], samples: i32) {
         if (weight, mattes) != (self.run.weight, self.run.mattes) {
             self.end_run();
             (self.run.weight, self.run.mattes) = (weight, mattes);
         }
-        self.run.samples += 1;
+        self.run.samples += samples;
     }
 
     #[inline(never)]
@@ -307,7 +339,7 @@ impl TileLayers {
     #[inline(never)]
     fn next_leaf(&mut self) {
         self.in_leaf = 0;
-        self.leaves.push(self.leaf.sums(&self.origin));
+        self.leaves.push(self.leaf.sums(self.origin));
         self.leaf = Leaf::default();
         let set = self.pixels.set;
         if set.lights() > 0 {
@@ -321,13 +353,16 @@ impl TileLayers {
     #[inline(never)]
     pub(in super::super) fn close(&mut self) {
         self.end_run();
-        let mut all = std::mem::take(&mut self.leaf).sums(&self.origin);
+        let mut all = self.leaf.sums(self.origin);
+        self.leaf = Leaf::default();
         self.leaves.take_into(&mut all);
         self.leaves_of_light.take_into(&mut self.leaf_of_light);
         if let Some(index) = self.open {
-            let sums = self.wanted.iter().map(|&place| all.0[usize::from(place)]);
-            let lights = self.leaf_of_light.0.iter().copied();
-            self.pixels.add(index as usize, sums.chain(lights));
+            let (sums, lights) = self.pixels.of(index as usize);
+            for (sum, place) in sums.iter_mut().zip(&self.wanted) {
+                *sum += all.sums()[usize::from(*place)];
+            }
+            add(lights, &self.leaf_of_light.0);
         }
         self.in_leaf = 0;
         self.leaf_of_light.0.fill(0.0);
@@ -335,7 +370,7 @@ impl TileLayers {
 }
 
 /// Where the sums of these layers are among all.
-fn wanted(set: LayerSet) -> ArrayVec<u8, ALL_SUMS> {
+fn wanted(set: LayerSet) -> ArrayVec<u8, { 4 * ROWS }> {
     let places = |layer: Layer| {
         let first = match layer {
             Layer::Albedo => SURFACE,
@@ -352,14 +387,6 @@ fn wanted(set: LayerSet) -> ArrayVec<u8, ALL_SUMS> {
     (0..SHARED as u8)
         .chain(set.iter().flat_map(places))
         .collect()
-}
-
-impl LayerSet {
-    /// Those of a pixel's sums that are of light.
-    fn light_sums(self, sums: &mut [f64]) -> &mut [f64] {
-        let first = sums.len().saturating_sub(3 * self.lights());
-        sums.get_mut(first..).unwrap_or_default()
-    }
 }
 
 fn add_lights(sums: &mut [f64], lights: impl Iterator<Item = DVec3>) {
@@ -390,10 +417,12 @@ mod tests {
         let x = index as f32 * 0.618;
         LayerSample {
             surface,
-            origin: &[0.1, 0.1, 0.1, 0.0],
-            depth: (20.0 * x.fract()).exp(),
-            coc: x.cos(),
-            motion: Vec2::new(x.sin(), x),
+            origin: const { &DVec4::new(0.1, 0.1, 0.1, 0.0) },
+            camera: CameraSample::new(
+                (20.0 * f64::from(x.fract())).exp(),
+                f64::from(x).cos(),
+                Vec2::new(x.sin(), x),
+            ),
             mattes: [["a", "b", "c"][index as usize % 3], &index.to_string()].map(MatteId::of),
         }
     }
@@ -448,10 +477,8 @@ mod tests {
         surface.set_uv(Vec2::new(0.25, 0.5));
         let found = LayerSample {
             surface: &surface,
-            origin: &[0.0, 1e6, 0.0, 0.0],
-            depth: 4.0,
-            coc: 8.0,
-            motion: Vec2::new(3.0, -2.0),
+            origin: &DVec4::new(0.0, 1e6, 0.0, 0.0),
+            camera: CameraSample::new(4.0, 8.0, Vec2::new(3.0, -2.0)),
             mattes: ["a", "b"].map(MatteId::of),
         };
         // One blocked in the lens, one that meets nothing, two that meet the same point.
@@ -465,7 +492,7 @@ mod tests {
         tile.pixels
             .add_light(0, [DVec3::ZERO, DVec3::ONE].into_iter());
         let mut layers = ImageLayers::new(all(), 1);
-        layers.develop(&tile.pixels, 1, 2.0, Some);
+        layers.develop(&tile.pixels, &[Some(0)], 2.0);
         let third = 2.0 / 3.0;
         let expected = [
             (surface.albedo().as_dvec3() * third).as_vec3(),

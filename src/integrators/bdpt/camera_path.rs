@@ -231,10 +231,11 @@ impl<'c, 'a> CameraPath<'c, 'a> {
 
     /// Looks at what is behind the point where the path scatters in a medium, for layers.
     fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
-        let (world, numbers) = (self.context.world, *self.context.stream);
-        let (ray, differentials) = (self.trail.walk.ray, self.differentials);
-        self.context
-            .look(|sight| sight.follow(world, (&ray, hit), differentials, numbers));
+        let (world, ray, differentials) =
+            (self.context.world, self.trail.walk.ray, self.differentials);
+        if let Some((sight, numbers)) = self.context.sight() {
+            sight.follow(world, (&ray, hit), differentials, numbers);
+        }
     }
 
     /// Looks at a surface, and what may be seen by it, for layers: the path may end there. By glass as it is, of which the path chooses the ways
@@ -245,17 +246,15 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         bsdf: &Bsdf,
         differentials: Option<&RayDifferentials>,
     ) {
-        let (world, numbers, ray) = (
-            self.context.world,
-            *self.context.stream,
-            self.trail.walk.ray,
-        );
+        let (world, ray) = (self.context.world, self.trail.walk.ray);
         let material = world.material(hit.material);
         let scattering = (bsdf, material.is_some_and(Material::has_interior));
-        self.context.look(|sight| match bsdf.has_specular() {
-            true => sight.follow(world, (&ray, Some(hit)), differentials, numbers),
-            false => sight.meet_alone(world, (&ray, hit), scattering, &numbers),
-        });
+        if let Some((sight, numbers)) = self.context.sight() {
+            match bsdf.has_specular() {
+                true => sight.follow(world, (&ray, Some(hit)), differentials, numbers),
+                false => sight.meet_alone(world, (&ray, hit), scattering, numbers),
+            }
+        }
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.

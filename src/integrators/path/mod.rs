@@ -367,16 +367,28 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
 
     /// Looks at what is behind the point where the path scatters in a medium, or ends, for layers, by the numbers that the path has then.
     fn look_beyond(&mut self, hit: Option<&GeometryHit>) {
-        let (world, numbers) = (self.context.world, *self.context.stream);
-        let (ray, differentials) = (self.trail.ray, self.differentials);
-        self.look(|sight| sight.follow(world, (&ray, hit), differentials, numbers));
+        let (world, ray, differentials) = (self.context.world, self.trail.ray, self.differentials);
+        if let Some((sight, numbers)) = self.sight() {
+            sight.follow(world, (&ray, hit), differentials, numbers);
+        }
     }
 
     /// Looks along a ray that the path does not take, for layers.
     #[inline(always)]
     fn look_along(&mut self, ray: Ray) {
-        let (world, numbers) = (self.context.world, *self.context.stream);
-        self.look(|sight| sight.follow_ray(world, ray, numbers));
+        let world = self.context.world;
+        if let Some((sight, numbers)) = self.sight() {
+            sight.follow_ray(world, ray, numbers);
+        }
+    }
+
+    /// What looks along the path's way, for layers, and the numbers that it may look on by.
+    #[inline(always)]
+    fn sight(&mut self) -> Option<(&mut Sight, &SampleStream)> {
+        match WATCHED && self.trail.is_seen {
+            true => self.context.sight(),
+            false => None,
+        }
     }
 
     /// Reports the vertex just reached, for the search for samples that are not finite.

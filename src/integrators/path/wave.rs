@@ -325,9 +325,9 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             state.look_along(state.trail.ray);
         }
         wave.paths.trails[path as usize] = state.trail;
-        let branches = state.branches;
-        wave.paths.waiting[path as usize] += branches.len() as u8;
-        let branches = branches.into_iter().map(|branch| (path, branch));
+        wave.paths.waiting[path as usize] += state.branches.len() as u8;
+        // Not moved, mostly empty as they are, out of the path's memory.
+        let branches = state.branches.iter().map(|branch| (path, *branch));
         wave.paths.branches.extend(branches);
         if goes_on.is_some() {
             wave.paths.walking.push(path);
