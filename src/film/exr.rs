@@ -12,10 +12,9 @@ use super::layers::light_channels;
 use super::zip_block;
 use super::{Encoding, FilmMetadata, Image, LayerSet, Photograph};
 use crate::math::{DMat4, Rgb};
+use ::exr::block::BlockIndex;
 use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
-use ::exr::block::lines::LineRefMut;
 use ::exr::block::writer::{ChunksWriter, write_chunks_with};
-use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::meta::attribute::{AttributeValue, Chromaticities};
 use ::exr::meta::attribute::{ChannelDescription, SampleType};
 use ::exr::meta::header::Header;
@@ -166,6 +165,13 @@ fn channels<'a>(
 /// Blocks that a thread compresses between two writes.
 const BLOCKS_OF_THREAD: usize = 4;
 
+/// What a thread uses for one block after the other: new memory takes the system longer than the bytes take.
+#[derive(Default)]
+struct Buffers {
+    plain: Vec<u8>,
+    packed: Vec<u8>,
+}
+
 /// Writes all blocks, in order, some compressed at a time.
 fn compress(
     image: &Image,
@@ -174,51 +180,65 @@ fn compress(
     file: &mut impl ChunksWriter,
 ) -> Result<(), Error> {
     let header = meta.headers.first().ok_or_else(broken)?;
-    let width = image.bounds.size().x as usize;
-    let block = |index: BlockIndex| -> Result<Chunk, Error> {
-        let data = UncompressedBlock::collect_block_data_from_lines(
-            &header.channels,
-            index,
-            |LineRefMut { value, location }| {
-                if let Some(channel) = channels.get(location.channel) {
-                    channel.write(location.position.y() * width, width, value);
-                }
-            },
-        );
+    let first_line = header.own_attributes.layer_position.y();
+    let block = |buffers: &mut Buffers, (place, index): (usize, BlockIndex)| {
+        fill_block(image, channels, index, &mut buffers.plain);
         let block = CompressedScanLineBlock {
-            y_coordinate: header.own_attributes.layer_position.y()
-                + index.pixel_position.y() as i32,
-            compressed_pixels_le: zip_block::compress(data),
+            y_coordinate: first_line + index.pixel_position.y() as i32,
+            compressed_pixels_le: zip_block::compress(&buffers.plain, &mut buffers.packed),
         };
-        Ok(Chunk {
+        let chunk = Chunk {
             layer_index: index.layer,
             compressed_block: CompressedBlock::ScanLine(block),
-        })
+        };
+        (place, chunk)
+    };
+    let all = |(blocks, buffers): (&[(usize, BlockIndex)], &mut Buffers)| -> Vec<_> {
+        blocks.iter().map(|place| block(buffers, *place)).collect()
     };
     // Outside, rayon would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
-    let in_a_pool = rayon::current_thread_index().is_some();
+    let threads = rayon::current_thread_index().map(|_| rayon::current_num_threads());
+    let mut buffers = Vec::new();
+    buffers.resize_with(threads.unwrap_or(1), Buffers::default);
     let mut blocks = meta.enumerate_ordered_header_block_indices();
     loop {
-        let count = BLOCKS_OF_THREAD
-            * if in_a_pool {
-                rayon::current_num_threads()
-            } else {
-                1
-            };
-        let some: Vec<_> = blocks.by_ref().take(count).collect();
+        let some: Vec<_> = { blocks.by_ref() }
+            .take(BLOCKS_OF_THREAD * buffers.len())
+            .collect();
         if some.is_empty() {
             return Ok(());
         }
-        let chunks: Vec<_> = match in_a_pool {
-            true => { some.into_par_iter() }
-                .map(|(place, index)| (place, block(index)))
+        let chunks: Vec<Vec<_>> = match threads {
+            Some(_) => { some.par_chunks(BLOCKS_OF_THREAD) }
+                .zip(&mut buffers)
+                .map(all)
                 .collect(),
-            false => { some.into_iter() }
-                .map(|(place, index)| (place, block(index)))
+            None => { some.chunks(BLOCKS_OF_THREAD) }
+                .zip(&mut buffers)
+                .map(all)
                 .collect(),
         };
-        for (place, chunk) in chunks {
-            file.write_chunk(place, chunk?)?;
+        for (place, chunk) in chunks.into_iter().flatten() {
+            file.write_chunk(place, chunk)?;
+        }
+    }
+}
+
+/// The block's pixels: of each line one channel after the other (OpenEXR, "File Layout", section on scan line blocks).
+fn fill_block(image: &Image, channels: &[Channel], index: BlockIndex, bytes: &mut Vec<u8>) {
+    let width = image.bounds.size().x as usize;
+    let line: usize = { channels.iter() }
+        .map(|channel| channel.kind().bytes_per_sample() * width)
+        .sum();
+    let (first, lines) = (index.pixel_position.y(), index.pixel_size.y());
+    bytes.resize(line * lines, 0);
+    let mut rest = &mut bytes[..];
+    for y in first..first + lines {
+        for channel in channels {
+            let count = channel.kind().bytes_per_sample() * width;
+            let (own, others) = std::mem::take(&mut rest).split_at_mut(count);
+            channel.write(y * width, width, own);
+            rest = others;
         }
     }
 }

@@ -107,20 +107,26 @@ impl Tile {
         }
     }
 
-    /// The same for samples of a pixel one after the other that have met the same with this weight and bring no light to layers of their own: their
-    /// mattes, and where render space begins in world space.
+    /// Samples of a pixel follow that have met the same with this weight, and bring no light to layers of their own: its mattes, and where render space
+    /// begins in world space.
     #[inline(always)]
-    pub fn add_run_to_layers<'a>(
+    pub fn begin_run_of_layers(
         &mut self,
         pixel: UVec2,
-        like: (f32, [MatteId; 2], &DVec4),
-        samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
+        weight: f32,
+        (mattes, origin): ([MatteId; 2], &DVec4),
     ) {
         if let Some(layers) = &mut self.layers {
             layers.open(pixel, || self.bounds.index(pixel));
-            layers.add_run(like, samples);
-        } else {
-            samples.for_each(drop);
+            layers.begin_run(weight, mattes, origin);
+        }
+    }
+
+    /// Adds one of them.
+    #[inline(always)]
+    pub fn add_to_run_of_layers(&mut self, surface: &SurfaceSample, camera: CameraSample) {
+        if let Some(layers) = &mut self.layers {
+            layers.add_to_run(surface, camera);
         }
     }
 

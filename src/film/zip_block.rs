@@ -7,23 +7,24 @@ use super::deflate;
 
 /// Compresses pixels whose numbers are little-endian: their bytes of even and of odd places apart, of these the differences,
 /// of these a zlib stream (OpenEXR, "File Layout", section on compression; `ImfZip.cpp` of the reference implementation). What does
-/// not become shorter is stored as it is, by which readers know it.
-pub(super) fn compress(plain: Vec<u8>) -> Vec<u8> {
-    let zipped = deflate::zlib(&packed(&plain));
+/// not become shorter is stored as it is, by which readers know it. `packed` is memory for it to use.
+pub(super) fn compress(plain: &[u8], packed: &mut Vec<u8>) -> Vec<u8> {
+    pack(plain, packed);
+    let zipped = deflate::zlib(packed);
     match zipped.len() < plain.len() {
         true => zipped,
-        false => plain,
+        false => plain.to_vec(),
     }
 }
 
 /// The bytes of even places, then those of odd places; each but the first less the one before it, plus 128.
-fn packed(plain: &[u8]) -> Vec<u8> {
+fn pack(plain: &[u8], packed: &mut Vec<u8>) {
+    packed.resize(plain.len(), 0);
     let (pairs, rest) = plain.as_chunks::<2>();
     let Some((first, others)) = pairs.split_first() else {
-        return plain.to_vec();
+        return packed.copy_from_slice(plain);
     };
     let difference = |before: u8, byte: u8| byte.wrapping_sub(before).wrapping_add(128);
-    let mut packed = vec![0; plain.len()];
     let (evens, odds) = packed.split_at_mut(plain.len() - pairs.len());
     let last_even = others.last().unwrap_or(first)[0];
     evens[0] = first[0];
@@ -38,13 +39,19 @@ fn packed(plain: &[u8]) -> Vec<u8> {
     for (even, byte) in evens.iter_mut().skip(pairs.len()).zip(rest) {
         *even = difference(last_even, *byte);
     }
-    packed
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::io::Read;
+
+    fn packed(plain: &[u8]) -> Vec<u8> {
+        // With what is left of another block.
+        let mut packed = vec![3; 4];
+        pack(plain, &mut packed);
+        packed
+    }
 
     #[test]
     fn bytes_are_parted_and_predicted() {
@@ -59,12 +66,12 @@ mod tests {
     #[test]
     fn what_gets_no_shorter_is_kept() {
         let line: Vec<u8> = (0..600_u16).flat_map(u16::to_le_bytes).collect();
-        let zipped = compress(line.clone());
+        let zipped = compress(&line, &mut Vec::new());
         assert!(zipped.len() < line.len() / 8, "{}", zipped.len());
         let mut again = Vec::new();
         let mut decoder = flate2::read::ZlibDecoder::new(zipped.as_slice());
         decoder.read_to_end(&mut again).unwrap();
         assert_eq!(again, packed(&line));
-        assert_eq!(compress(vec![3, 1, 2]), [3, 1, 2]);
+        assert_eq!(compress(&[3, 1, 2], &mut Vec::new()), [3, 1, 2]);
     }
 }

@@ -53,37 +53,29 @@ impl Kernel for Tell<'_> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        let (shown, (waiting, rays), looks) = (self.shown, self.samples, self.looks);
-        let (mut place, mut path) = (0, 0);
-        while let (Some(first), Some(ray), Some(watch)) =
-            (waiting.get(place), rays.get(place), looks.get(place))
-        {
-            let Some(found) = plainly_found(shown, ray, watch) else {
+        let (waiting, rays) = self.samples;
+        let ((job, all), tile) = (self.shown, self.tile);
+        // What samples of a run have in common.
+        let (mut path, mut run) = (0, None);
+        for ((waiting, ray), watch) in waiting.iter().zip(rays).zip(self.looks) {
+            if let Some((ray, found)) = plainly_found(all, ray, watch) {
+                let weight = waiting.filter_weight;
+                let alike = Some((waiting.pixel, weight.to_bits(), found.thing));
+                if run != alike {
+                    run = alike;
+                    let like = (job.mattes.of(found.thing), &all.shown.origin);
+                    tile.begin_run_of_layers(waiting.pixel, weight, like);
+                }
+                let camera = of_camera(self.shown, ray.ray.time, found);
+                tile.add_to_run_of_layers(&found.surface, camera);
+                path += 1;
+            } else {
+                run = None;
                 let radiance = self.radiances.get(path).copied().unwrap_or_default();
                 let sample = (ray.as_ref(), radiance);
-                add(shown, first, sample, (self.sampler, watch), self.tile);
-                place += 1;
+                add(self.shown, waiting, sample, (self.sampler, watch), tile);
                 path += usize::from(ray.is_some());
-                continue;
-            };
-            let start = place;
-            let (pixel, weight, thing) = (first.pixel, first.filter_weight, found.thing);
-            let samples = std::iter::from_fn(|| {
-                let (next, ray) = (waiting.get(place)?, rays.get(place)?);
-                let found = plainly_found(shown, ray, looks.get(place)?)?;
-                let is_same_weight = next.filter_weight.to_bits() == weight.to_bits();
-                if !is_same_weight || next.pixel != pixel || found.thing != thing {
-                    return None;
-                }
-                place += 1;
-                Some((
-                    &found.surface,
-                    of_camera(shown, ray.as_ref()?.ray.time, found),
-                ))
-            });
-            let like = (weight, shown.0.mattes.of(thing), &shown.1.shown.origin);
-            self.tile.add_run_to_layers(pixel, like, samples);
-            path += place - start;
+            }
         }
     }
 }
@@ -91,13 +83,13 @@ impl Kernel for Tell<'_> {
 /// What is to be told of a sample, where it is only what a path has met: most are of this kind.
 #[inline(always)]
 fn plainly_found<'a>(
-    (_, all): (&RenderJob, &OfAll),
-    ray: &Option<CameraRay>,
+    all: &OfAll,
+    ray: &'a Option<CameraRay>,
     watch: &'a Watch,
-) -> Option<&'a FirstSurfaces> {
-    let found = watch.found()?;
-    let is_plain = all.shown.surfaces && ray.is_some() && found.surface.is_finite();
-    is_plain.then_some(found)
+) -> Option<(&'a CameraRay, &'a FirstSurfaces)> {
+    let (ray, found) = (ray.as_ref()?, watch.found()?);
+    let is_plain = all.shown.surfaces && found.surface.is_finite();
+    is_plain.then_some((ray, found))
 }
 
 /// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it; without a

@@ -74,7 +74,7 @@ impl ImageLayers {
         let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
         for matte in &mut self.mattes {
             if let Some(kind) = matte.layer.matte() {
-                pixels.mattes[kind].develop(matte, seen, &place);
+                pixels.mattes[kind].develop(matte, seen, place);
             }
         }
     }

@@ -275,34 +275,27 @@ impl TileLayers {
         }
     }
 
-    /// Adds samples one after the other that have met the same with this weight, and bring no light to layers of their own.
-    #[inline(always)]
-    pub(in super::super) fn add_run<'a>(
+    /// Samples of the pixel that is open follow that have met the same with this weight, and bring no light to layers of their own: its mattes, and where
+    /// render space begins in world space.
+    #[inline(never)]
+    pub(in super::super) fn begin_run(
         &mut self,
-        (weight, mattes, origin): (f32, [MatteId; 2], &DVec4),
-        mut samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
+        weight: f32,
+        mattes: [MatteId; 2],
+        origin: &DVec4,
     ) {
         self.origin = *origin;
-        loop {
-            let (mut leaf, mut count) = (self.leaf, 0);
-            let room = PixelSum::LEAF - self.in_leaf;
-            while count < room
-                && let Some((surface, camera)) = samples.next()
-            {
-                leaf.add(weight, surface, camera);
-                count += 1;
-            }
-            if self.open.is_some() {
-                self.leaf = leaf;
-                self.in_leaf += count;
-                self.cover(weight, mattes, count as i32);
-            }
-            if count < room {
-                return;
-            }
-            if self.in_leaf == PixelSum::LEAF {
-                self.next_leaf();
-            }
+        self.cover(weight, mattes, 0);
+    }
+
+    /// Adds one of them.
+    #[inline(always)]
+    pub(in super::super) fn add_to_run(&mut self, surface: &SurfaceSample, camera: CameraSample) {
+        self.leaf.add(self.run.weight, surface, camera);
+        self.run.samples += 1;
+        self.in_leaf += 1;
+        if self.in_leaf == PixelSum::LEAF {
+            self.next_leaf();
         }
     }
 
