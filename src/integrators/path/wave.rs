@@ -292,17 +292,17 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         found: Option<ClosestHit>,
         is_first: bool,
     ) {
-        let trail = wave.paths.trails[path as usize];
         let waiting = wave.paths.waiting[path as usize];
+        let trail = &wave.paths.trails[path as usize];
         let mut state = self.state(path, (trail, waiting), is_first);
         let hit = found.and_then(|found| state.context.world.surface(&state.trail.ray, &found));
         if let Some(hit) = &hit
-            && !(MEDIA && is_in_media(&trail, hit.interface))
-            && trail.depth < trail.max_depth
+            && !(MEDIA && is_in_media(&state.trail, hit.interface))
+            && state.trail.depth < state.trail.max_depth
             && wave.add_coated(state.context.world, path, hit)
         {
-            let world = state.context.world;
-            state.look(|sight| sight.meet_coated(world, &trail.ray, hit));
+            let (world, ray) = (state.context.world, state.trail.ray);
+            state.look(|sight| sight.meet_coated(world, &ray, hit));
             return;
         }
         let (mattes, coated) = (&mut wave.mattes.vertices, &mut wave.coated.vertices);
@@ -378,7 +378,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
     fn state(
         &mut self,
         path: u32,
-        (trail, waiting): (Trail, u8),
+        (trail, waiting): (&Trail, u8),
         is_first: bool,
     ) -> PathState<'_, MEDIA, WATCHED> {
         let context = self.bundle.context(path as usize);
@@ -386,7 +386,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             path: self.path,
             differentials: context.differentials.filter(|_| is_first),
             reports: false,
-            trail,
+            trail: *trail,
             branches: ArrayVec::new(),
             waiting: waiting.into(),
             context,
