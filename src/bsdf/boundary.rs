@@ -60,6 +60,15 @@ impl Ways {
         }
     }
 
+    /// The one that a layer's sight takes, and its probability, by a number in [0, 1]: by Fresnel reflectance alone, so that it may take one that
+    /// carries nothing, and end there.
+    pub(crate) fn seen(&self, u: f32) -> Option<(Way, f32)> {
+        match u < self.fresnel {
+            true => Some((self.reflected?, self.fresnel)),
+            false => Some((self.refracted?, 1.0 - self.fresnel)),
+        }
+    }
+
     /// The brighter way, which is always taken where paths go both ways, and the fainter one with the chance with which it is, if there are two: the
     /// root of the ratio of their fluxes.
     pub(crate) fn both(&self) -> Option<(Way, (Way, f32))> {

@@ -1,7 +1,7 @@
 //! Blocks of OpenEXR files in ZIP compression.
 //!
-//! The crate `exr` compresses as zlib does at level 4, which takes nine to twelve times as long as [`deflate`] for files 3 to 14 % smaller
-//! (`docs/notes/performance.md`, "EXR blocks"): with ten layers and 8 samples a pixel that would be a quarter of a render's time.
+//! The crate `exr` compresses as zlib does at level 4, which with layers takes nine to twelve times as long as [`deflate`] for files 3 to 14 % smaller
+//! (`docs/notes/performance.md`, "EXR blocks"): with ten of them and 8 samples a pixel that would be a quarter of a render's time.
 
 use super::deflate;
 

@@ -150,7 +150,7 @@ impl Join for Own {
     }
 }
 
-/// The same of a leaf, sixteen samples at most, in single precision: its rounding is as that of the samples themselves, and half as many instructions
+/// The same of a leaf, sixteen samples at most, in single precision: rounded as a few of the samples themselves are, and half as many instructions
 /// add them. Points are in render space.
 #[derive(Clone, Copy, Debug, Default)]
 struct Leaf([Vec4; ROWS]);

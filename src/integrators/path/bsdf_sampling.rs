@@ -31,11 +31,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     }
 
     /// Continues from a smooth boundary: as [`PathState::scatter`], without a BSDF's memory.
-    pub(super) fn cross(
-        &mut self,
-        hit: &GeometryHit,
-        (boundary, has_interior): (&Boundary, bool),
-    ) -> Option<()> {
+    pub(super) fn cross(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
         let stream = &mut *self.context.stream;
         // Those of emitter sampling, and a third that no boundary has a use for.
         stream.skip_1d();
@@ -44,8 +40,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let (surface, u) = (&hit.surface, stream.next_2d());
         let shading = &surface.shading;
         let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
-        let sample = boundary.sample(&frame, 0.0, surface.wo, u)?;
-        self.look_across(hit, has_interior, || Sight::weight(frame.n, &sample));
+        let sample = boundary.sample(&frame, 0.0, surface.wo, u);
+        let weight = |sample: &BsdfSample| Sight::weight(frame.n, sample);
+        self.look_across(hit, || sample.as_ref().map(weight));
+        let sample = sample?;
+        self.go_along(hit, sample.wi);
         if !self.pass_on(&sample, frame.n) {
             return None;
         }
@@ -53,7 +52,6 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             self.refract(sample.eta);
         }
         self.trail.mis = MisState::Delta;
-        self.go_along(hit, sample.wi);
         Some(())
     }
 
@@ -66,12 +64,9 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Continues from a boundary of glass both ways (`Ways::both`); the fainter one is taken when the other has ended. A
     /// choice by flux makes what is faint as noisy as it is faint (docs/notes/light-paths.md, "Smooth boundaries").
     ///
-    /// Layers look along one of them, by its flux, which is nearly always one that the path takes.
-    pub(super) fn cross_both_ways(
-        &mut self,
-        hit: &GeometryHit,
-        (boundary, has_interior): (&Boundary, bool),
-    ) -> Option<()> {
+    /// Layers look along one of them, by Fresnel reflectance. By the same number the path takes the fainter one, of which it takes more: unless glass is
+    /// tinted, what layers see is on the path's own way.
+    pub(super) fn cross_both_ways(&mut self, hit: &GeometryHit, boundary: &Boundary) -> Option<()> {
         let stream = &mut *self.context.stream;
         // As in `cross`.
         stream.skip_1d();
@@ -80,13 +75,15 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let u = stream.next_2d().x;
         let numbers_of_other = stream.fork();
         let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
-        let (way, probability) = ways.choose(0.0, u)?;
-        self.look_across(hit, has_interior, || way.share / probability);
-        let Some((brighter, (fainter, chance))) = ways.both() else {
-            return self.follow(hit, (way, probability));
+        let both = ways.both();
+        let is_refracted = both.is_some_and(|(_, (fainter, _))| fainter.eta != 1.0);
+        let seen = ways.seen(if is_refracted { 1.0 - u } else { u });
+        self.look_across(hit, || seen.map(|(way, chance)| way.share / chance));
+        let Some((brighter, (fainter, chance))) = both else {
+            return self.follow(hit, ways.choose(0.0, u)?);
         };
         let is_seen = self.trail.is_seen;
-        let sees_fainter = is_seen && way.wi == fainter.wi;
+        let sees_fainter = is_seen && seen.is_some_and(|(way, _)| way.wi == fainter.wi);
         if u < chance {
             let before = self.trail;
             let numbers = std::mem::replace(self.context.stream, numbers_of_other);
@@ -106,22 +103,22 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         self.follow(hit, (brighter, 1.0))
     }
 
-    /// Looks on behind a boundary, whose way passes on so much light, for layers.
+    /// Looks on behind a boundary, whose way passes on so much light, or none, for layers.
     #[inline(always)]
-    fn look_across(&mut self, hit: &GeometryHit, has_interior: bool, weight: impl FnOnce() -> Rgb) {
+    fn look_across(&mut self, hit: &GeometryHit, weight: impl FnOnce() -> Option<Rgb>) {
         let (world, ray) = (self.context.world, self.trail.ray);
-        self.look(|sight| sight.cross(world, (&ray, hit), has_interior, weight()));
+        self.look(|sight| sight.cross(world, (&ray, hit), weight()));
     }
 
     /// Follows a way that was chosen with this probability.
     fn follow(&mut self, hit: &GeometryHit, (way, chance): (Way, f32)) -> Option<()> {
         self.trail.throughput *= way.share / (chance * way.eta * way.eta);
+        self.go_along(hit, way.wi);
         if is_black(self.trail.throughput) || !self.trail.throughput.is_finite() {
             return None;
         }
         self.refract(way.eta);
         self.trail.mis = MisState::Delta;
-        self.go_along(hit, way.wi);
         self.russian_roulette()
     }
 

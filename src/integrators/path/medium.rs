@@ -4,6 +4,7 @@ use super::emission::MisState;
 use super::{Branch, MAX_NULL_SURFACES, PathState, Trail};
 use crate::accel::GeometryHit;
 use crate::handles::MediumId;
+use crate::integrators::Sight;
 use crate::integrators::vertex::{MediumVertex, Vertex};
 use crate::integrators::witness::Met;
 use crate::math::Rgb;
@@ -187,7 +188,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let sampled = matches!(self.trail.mis, MisState::Sampled(_));
         self.trail.null_surfaces += 1;
         let too_deep = self.trail.depth >= self.trail.max_depth && !(MEDIA && sampled);
-        if self.trail.null_surfaces > MAX_NULL_SURFACES || too_deep {
+        if self.trail.null_surfaces > MAX_NULL_SURFACES {
+            self.look(Sight::escape);
+            return None;
+        }
+        if too_deep {
             return None;
         }
         if MEDIA {

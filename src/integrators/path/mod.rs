@@ -286,6 +286,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             let t_max = hit.map_or(f32::INFINITY, |hit| hit.t);
             let vertex = self.cross_medium((id, t_max), hit);
             if is_black(self.trail.throughput) {
+                self.look_beyond(hit);
                 return None;
             }
             if let Some(vertex) = vertex {
@@ -313,12 +314,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
             return None;
         }
         if let Some(boundary) = world.even_boundary(hit.material) {
-            let has_interior = material.has_interior();
             self.differentials = None;
             if self.takes_both_ways() && boundary.is_glass() {
-                return self.cross_both_ways(hit, (boundary, has_interior));
+                return self.cross_both_ways(hit, boundary);
             }
-            self.cross(hit, (boundary, has_interior))?;
+            self.cross(hit, boundary)?;
             return self.russian_roulette();
         }
         let mut bsdf = Bsdf::empty();
