@@ -3,7 +3,7 @@
 //! Made for bytes that repeat every second byte or are noise: OpenEXR's differences of the even and of the odd bytes of numbers, where a number that
 //! is the same in the next pixel repeats its two bytes. So nothing is searched for but what is equal to the byte before the last, and all else is literal
 //! bytes in Huffman codes of their own for every 64 KiB. With layers that takes a quarter to two fifths of the time of zlib's least effort, for files up to
-//! 9 % longer, with colors alone an eighth of it, for 1 % (docs/notes/performance.md, "EXR blocks", with the crates that were tried).
+//! 9 % longer, with colors alone a tenth to a fifth of it, for 1 % (docs/notes/performance.md, "EXR blocks", with the crates that were tried).
 
 use std::ops::Range;
 

@@ -60,7 +60,7 @@ pub(super) fn encode(
         .with_shared_attributes(image_attributes(image));
     // As much as the file can take, of noise that does not become shorter: of one that grows, two copies would be in memory now and then.
     let plain = header.channels.bytes_per_pixel * image.pixels.len();
-    let beside = OF_HEADER + OF_BLOCK * (size.y as usize).div_ceil(LINES_OF_BLOCK);
+    let beside = OF_HEADER + OF_BLOCK * header.chunk_count;
     let mut bytes = Vec::with_capacity(plain + beside);
     let file = Cursor::new(&mut bytes);
     write_chunks_with(file, [header].into_iter().collect(), true, |meta, file| {
@@ -73,9 +73,6 @@ pub(super) fn encode(
 /// Bytes of a header without mattes, and of a block its place in the file, first line and length (OpenEXR, "File Layout").
 const OF_HEADER: usize = 1 << 14;
 const OF_BLOCK: usize = 16;
-
-/// Those of ZIP compression.
-const LINES_OF_BLOCK: usize = 16;
 
 /// A channel of the file.
 struct Channel<'a> {

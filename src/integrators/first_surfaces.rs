@@ -3,7 +3,7 @@
 //! Perfect mirrors and smooth glass are followed, as denoisers want it (Intel Open Image Denoise, documentation of its
 //! auxiliary images): each ray takes one of the ways that the surface offers, with its probability, so that a pixel blends
 //! what is reflected with what is seen through. `path`, `volpath`, `bdpt`, `directlighting` and `whitted` note what their paths meet. Where `path` and
-//! `volpath` go both ways, they note it along one of these, which is chosen by Fresnel reflectance. Where paths go another way (they scatter in a medium, or go all
+//! `volpath` go both ways, they note it along one of these, at glass chosen by Fresnel reflectance. Where paths go another way (they scatter in a medium, or go all
 //! ways) or end too early, it is followed from there. For other integrators a ray is traced for the layers alone. Whatever that draws is drawn from a
 //! copy of the path's stream, so that no color depends on whether layers are wanted.
 

@@ -83,7 +83,7 @@ impl SurfaceSample {
     /// Returns `true` if albedo and normal are numbers.
     #[inline(always)]
     pub fn is_finite(&self) -> bool {
-        // Not zero times one of them, but for numbers.
+        // Zero times anything but a number is not zero.
         (self.albedo * 0.0 + self.normal * 0.0) == Vec4::ZERO
     }
 }
