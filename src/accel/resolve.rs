@@ -8,7 +8,9 @@ use super::{Geometry, GeometryHit, PrimitiveAttributes};
 use crate::handles::LightId;
 use crate::math::ray::Ray;
 use crate::math::{DVec3, Vec2};
-use crate::shapes::local::{Local, LocalHit, LocalPoint, LocalSurface, Parameters, TriangleSource};
+use crate::shapes::local::{
+    Local, LocalHit, LocalPoint, LocalSurface, Parameters, ParametricPoint, TriangleSource,
+};
 use crate::shapes::triangle::Triangle;
 
 /// A surface, its attributes and its light.
@@ -18,19 +20,33 @@ impl Geometry {
     /// The surface at the hit that a search found.
     #[inline]
     pub(super) fn resolve(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+        self.resolve_with::<LocalPoint>(ray, found)
+    }
+
+    /// As [`Geometry::resolve`]: of what needs no more, as `L`.
+    #[inline(always)]
+    fn resolve_with<L: LocalHit>(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         if found.path[0] == PrimitiveId::NONE && found.id.is_triangle() {
             // The most common hit; nothing is copied on its way out.
             let triangle = StoredTriangle::new(&self.top, found);
             return Some(match triangle.mesh.attributes.bare {
-                true => hit(&triangle.resolve::<LocalPoint>(o, d), ray, found),
+                true => hit(&triangle.resolve::<L>(o, d), ray, found),
                 false => hit(&triangle.resolve::<LocalSurface>(o, d), ray, found),
             });
         }
-        match self.attributes(found).bare {
-            true => self.resolve_as::<LocalPoint>(ray, found),
+        let attributes = self.attributes(found);
+        match attributes.bare {
+            // Nothing is shown of what has no material.
+            true if attributes.material.is_none() => self.resolve_as::<LocalPoint>(ray, found),
+            true => self.resolve_as::<L>(ray, found),
             false => self.resolve_as::<LocalSurface>(ray, found),
         }
+    }
+
+    /// As [`Geometry::surface`], with the parameters (u, v) of what has a material, whether or not anything else asks for them.
+    pub fn surface_with_parameters(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+        self.resolve_with::<ParametricPoint>(ray, found)
     }
 
     /// As [`Geometry::resolve`], with all that is known of the surface.

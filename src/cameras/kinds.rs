@@ -59,6 +59,13 @@ impl Depths<'_> {
         }
     }
 
+    /// Where all is sharp at all times: the dot product of this and a point, with 1 for w, is its depth, so that the depth of a mean of points is the mean of
+    /// their depths.
+    pub fn of_mean(&self) -> Option<DVec4> {
+        let Scale { row, length, .. } = self.still.filter(|scale| scale.blur.is_none())?;
+        Some(row / length)
+    }
+
     #[inline(never)]
     fn at_time(&self, p: Vec3, time: f32) -> DepthAndBlur {
         let (transform, blur) = match self.camera {

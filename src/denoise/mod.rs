@@ -67,8 +67,8 @@ impl Denoiser {
             };
             device.run(&filter, name, size)
         };
-        let albedo = { layer(Layer::Albedo) }.map(|own| clean("albedo", &own.values));
-        let normal = { layer(Layer::Normal) }.map(|own| clean("normal", &own.values));
+        let albedo = { layer(Layer::Albedo) }.map(|own| clean("albedo", &own.triples()));
+        let normal = { layer(Layer::Normal) }.map(|own| clean("normal", &own.triples()));
         let (albedo, normal) = (albedo.transpose()?, normal.transpose()?);
         let mut inputs = vec![("color", image.pixels.as_slice())];
         inputs.extend({ albedo.as_deref() }.map(|albedo| ("albedo", albedo)));

@@ -20,6 +20,9 @@ const END: usize = 256;
 /// The longest length.
 const MAX_LENGTH: u32 = 258;
 
+/// More bytes than the lengths of the codes take, and eight that are written at once.
+const OF_CODES: usize = 1 << 10;
+
 /// Bytes that are what they are, then such that are as the byte before the last.
 #[derive(Clone, Copy, Default)]
 struct Token {
@@ -27,11 +30,11 @@ struct Token {
     repeated: u32,
 }
 
-/// The zlib stream of these bytes.
-pub(super) fn zlib(data: &[u8]) -> Vec<u8> {
-    let mut out = Bits::new(data.len() / 2);
+/// The zlib stream of these bytes, in this memory.
+pub(super) fn zlib<'a>(data: &[u8], memory: &'a mut Vec<u8>) -> &'a [u8] {
+    let mut out = Bits::new(memory);
     // A window of 32 KiB, least effort.
-    out.bytes.extend([0x78, 0x01]);
+    out.put_bytes(&[0x78, 0x01]);
     let mut tokens = Vec::new();
     let mut start = 0;
     loop {
@@ -43,8 +46,9 @@ pub(super) fn zlib(data: &[u8]) -> Vec<u8> {
         start = end;
     }
     out.pad();
-    out.bytes.extend(simd_adler32::adler32(&data).to_be_bytes());
-    out.bytes
+    out.put_bytes(&simd_adler32::adler32(&data).to_be_bytes());
+    let Bits { bytes, at, .. } = out;
+    bytes.get(..at).unwrap_or_default()
 }
 
 /// Writes a block, the last one if it ends where the data does.
@@ -60,43 +64,48 @@ fn block(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>, out: &mut Bi
         out.put(is_last, 3);
         out.pad();
         let count = range.len() as u16;
-        out.bytes.extend(count.to_le_bytes());
-        out.bytes.extend((!count).to_le_bytes());
-        out.bytes.extend(data.get(range).unwrap_or_default());
+        out.put_bytes(&count.to_le_bytes());
+        out.put_bytes(&(!count).to_le_bytes());
+        out.put_bytes(data.get(range).unwrap_or_default());
         return;
     }
+    // No literal is longer than its code, nor a length with what follows it than the bytes that it repeats.
+    out.make_room(2 * range.len() + OF_CODES);
     out.put(is_last | 2 << 1, 3);
     write_lengths(&lengths, out);
     write_tokens(data, range.start, tokens, &codes(&lengths), out);
 }
 
-/// Eight bytes from here on, if there are so many.
+/// Returns `true` if there are so many bytes from here on, `at` least 2, and each is as the one before the last.
 #[inline(always)]
-fn word(data: &[u8], at: usize) -> Option<u64> {
-    let (word, _) = data.get(at..)?.split_first_chunk()?;
-    Some(u64::from_le_bytes(*word))
+fn repeats<const N: usize>(data: &[u8], at: usize) -> bool {
+    let bytes = |at: usize| data.get(at..)?.first_chunk::<N>();
+    bytes(at).is_some_and(|here| Some(here) == bytes(at - 2))
 }
 
 /// Parts a range into what repeats the byte before the last and the rest: where eight bytes do, at every eighth place.
 fn find_repeated(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>) {
     let data = data.get(..range.end).unwrap_or_default();
-    let repeats = |at: usize| data.get(at).is_some_and(|byte| *byte == data[at - 2]);
     let (mut from, mut at) = (range.start, range.start.max(2));
-    while let (Some(here), Some(before)) = (word(data, at), word(data, at - 2)) {
-        if here != before {
+    while at + 8 <= data.len() {
+        if !repeats::<8>(data, at) {
             at += 8;
             continue;
         }
         let first = from.max(2);
         let mut begin = at;
-        while begin > first && repeats(begin - 1) {
+        while begin > first && repeats::<1>(data, begin - 1) {
             begin -= 1;
         }
         at += 8;
-        while word(data, at).is_some_and(|here| Some(here) == word(data, at - 2)) {
+        // Most of them are long.
+        while repeats::<32>(data, at) {
+            at += 32;
+        }
+        while repeats::<8>(data, at) {
             at += 8;
         }
-        while repeats(at) {
+        while repeats::<1>(data, at) {
             at += 1;
         }
         tokens.push(Token {
@@ -187,7 +196,6 @@ fn write_tokens(
     out: &mut Bits,
 ) {
     for_each(data, start, tokens, |literals, repeated| {
-        out.bytes.reserve(2 * literals.len() + 8);
         let (fours, rest) = literals.as_chunks::<4>();
         for four in fours {
             for &byte in four {
@@ -267,8 +275,10 @@ fn words_of_run(run: &[u8]) -> Vec<(usize, (u32, u32))> {
 
 /// Lengths of Huffman codes for symbols that are used so often, in bits; 0 for those that are not. At least two are.
 fn code_lengths<const N: usize>(counts: &[u32; N], longest: usize) -> [u8; N] {
+    // As one number each, which are sorted in less time.
+    let key = |(symbol, &count): (usize, &u32)| u64::from(count) << 32 | symbol as u64;
     let used = counts.iter().enumerate().filter(|(_, count)| **count > 0);
-    let mut leaves: Vec<(u32, usize)> = used.map(|(symbol, &count)| (count, symbol)).collect();
+    let mut leaves: Vec<u64> = used.map(key).collect();
     leaves.sort_unstable();
     let mut of_length = lengths_of_tree(&leaves, longest);
     // Where codes were too long, others have to become longer (Kraft's inequality): as few bits as that takes.
@@ -285,16 +295,17 @@ fn code_lengths<const N: usize>(counts: &[u32; N], longest: usize) -> [u8; N] {
     let mut lengths = [0; N];
     let longest_first = (1..=longest).rev();
     let in_order = longest_first.flat_map(|i| std::iter::repeat_n(i as u8, of_length[i] as usize));
-    for ((_, symbol), length) in leaves.iter().zip(in_order) {
-        lengths[*symbol] = length;
+    for (leaf, length) in leaves.iter().zip(in_order) {
+        lengths[*leaf as u32 as usize] = length;
     }
     lengths
 }
 
-/// How many of these leaves, in order of their counts, a Huffman tree has at each depth; all that are deeper than `longest` are counted there.
-fn lengths_of_tree(leaves: &[(u32, usize)], longest: usize) -> [u32; 16] {
+/// How many of these leaves, in order of their counts in the upper half, a Huffman tree has at each depth; all that are deeper than `longest` are
+/// counted there.
+fn lengths_of_tree(leaves: &[u64], longest: usize) -> [u32; 16] {
     let count = leaves.len();
-    let mut weights: Vec<u32> = leaves.iter().map(|leaf| leaf.0).collect();
+    let mut weights: Vec<u32> = leaves.iter().map(|leaf| (leaf >> 32) as u32).collect();
     let mut parents = vec![0; (2 * count).saturating_sub(1)];
     // The least two nodes become one, again and again: both the leaves and the nodes that are made are in order.
     let (mut leaf, mut inner) = (0, count);
@@ -329,32 +340,58 @@ struct Code {
 
 /// The codes of these lengths (RFC 1951 §3.2.2).
 fn codes<const N: usize>(lengths: &[u8; N]) -> [Code; N] {
-    let mut codes = [Code::default(); N];
-    let mut next: u16 = 0;
-    for length in 1..16 {
-        for (code, _) in { codes.iter_mut().zip(lengths) }.filter(|(_, own)| **own == length) {
-            let bits = next.reverse_bits() >> (16 - length);
-            *code = Code { bits, length };
-            next += 1;
-        }
-        next <<= 1;
+    let mut of_length = [0; 16];
+    for &length in lengths.iter().filter(|length| **length > 0) {
+        of_length[usize::from(length)] += 1;
     }
-    codes
+    // The first of each length.
+    let mut next = [0_u16; 16];
+    for length in 1..16 {
+        next[length] = (next[length - 1] + of_length[length - 1]) << 1;
+    }
+    lengths.map(|length| match length {
+        0 => Code::default(),
+        _ => {
+            let next = &mut next[usize::from(length)];
+            let bits = next.reverse_bits() >> (16 - length);
+            *next += 1;
+            Code { bits, length }
+        }
+    })
 }
 
-/// Bytes, and bits that do not make one yet.
-struct Bits {
-    bytes: Vec<u8>,
+/// Bytes, in memory that has been used before, and bits that do not make one yet.
+struct Bits<'a> {
+    bytes: &'a mut Vec<u8>,
+    /// How many bytes are written.
+    at: usize,
     buffer: u64,
     count: u32,
 }
 
-impl Bits {
-    fn new(capacity: usize) -> Bits {
+impl Bits<'_> {
+    fn new(bytes: &mut Vec<u8>) -> Bits<'_> {
         Bits {
-            bytes: Vec::with_capacity(capacity),
+            bytes,
+            at: 0,
             buffer: 0,
             count: 0,
+        }
+    }
+
+    /// Has room for so many bytes more.
+    fn make_room(&mut self, more: usize) {
+        if self.bytes.len() < self.at + more {
+            self.bytes.resize(self.at + more, 0);
+        }
+    }
+
+    /// Writes bytes, where no bits wait.
+    fn put_bytes(&mut self, bytes: &[u8]) {
+        self.make_room(bytes.len());
+        if let Some(room) = self.bytes.get_mut(self.at..self.at + bytes.len()) {
+            room.copy_from_slice(bytes);
+            self.at += bytes.len();
         }
     }
 
@@ -370,18 +407,20 @@ impl Bits {
         self.put(code.bits.into(), code.length.into());
     }
 
-    /// Writes all whole bytes.
+    /// Writes all whole bytes: there must be [room](Bits::make_room) for eight.
     #[inline(always)]
     fn flush(&mut self) {
-        let whole = self.count / 8;
-        self.bytes.extend(self.buffer.to_le_bytes());
-        self.bytes.truncate(self.bytes.len() - 8 + whole as usize);
-        self.buffer = self.buffer.unbounded_shr(8 * whole);
+        if let Some(room) = self.bytes.get_mut(self.at..self.at + 8) {
+            room.copy_from_slice(&self.buffer.to_le_bytes());
+        }
+        self.at += (self.count / 8) as usize;
+        self.buffer = self.buffer.unbounded_shr(self.count / 8 * 8);
         self.count %= 8;
     }
 
     /// Writes all, up to a whole byte.
     fn pad(&mut self) {
+        self.make_room(8);
         self.count = self.count.next_multiple_of(8);
         self.flush();
     }
@@ -397,9 +436,11 @@ mod tests {
 
     /// How long the stream is of which zlib makes these bytes again.
     fn round_trip(data: &[u8]) -> usize {
-        let zipped = zlib(data);
+        // In memory that has other bytes in it.
+        let mut memory = vec![0xa5; 100];
+        let zipped = zlib(data, &mut memory);
         let mut again = Vec::new();
-        let mut decoder = ZlibDecoder::new(zipped.as_slice());
+        let mut decoder = ZlibDecoder::new(zipped);
         decoder.read_to_end(&mut again).unwrap();
         assert!(again == data, "{} bytes", data.len());
         assert_eq!(decoder.total_in(), zipped.len() as u64);

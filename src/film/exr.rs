@@ -77,11 +77,18 @@ const OF_BLOCK: usize = 16;
 /// A channel of the file.
 struct Channel<'a> {
     name: Cow<'static, str>,
-    /// One component of these, of all pixels.
-    values: &'a [Rgb],
-    component: usize,
+    values: Values<'a>,
     /// In half floats.
     halves: bool,
+}
+
+/// The values of a channel, of all pixels.
+#[derive(Clone, Copy)]
+enum Values<'a> {
+    /// A component of colors.
+    Component(&'a [Rgb], usize),
+    /// By themselves; none where all are 0.
+    Plane(&'a [f32]),
 }
 
 impl Channel<'_> {
@@ -95,18 +102,26 @@ impl Channel<'_> {
 
     /// Writes pixels from number `first` on, in the file's order of bytes.
     fn write(&self, first: usize, width: usize, bytes: &mut [u8]) {
-        let line = { self.values.get(first..first + width) }.unwrap_or_default();
-        // A component that is known from here on.
-        match self.component {
-            0 => self.write_each(line, |value| value.x, bytes),
-            1 => self.write_each(line, |value| value.y, bytes),
-            _ => self.write_each(line, |value| value.z, bytes),
+        let pixels = first..first + width;
+        match self.values {
+            Values::Component(all, component) => {
+                let line = all.get(pixels).unwrap_or_default().iter();
+                // A component that is known from here on.
+                match component {
+                    0 => self.write_each(line.map(|value| value.x), bytes),
+                    1 => self.write_each(line.map(|value| value.y), bytes),
+                    _ => self.write_each(line.map(|value| value.z), bytes),
+                }
+            }
+            Values::Plane(all) => match all.get(pixels) {
+                Some(line) => self.write_each(line.iter().copied(), bytes),
+                None => bytes.fill(0),
+            },
         }
     }
 
     #[inline(always)]
-    fn write_each(&self, line: &[Rgb], component: impl Fn(&Rgb) -> f32, bytes: &mut [u8]) {
-        let values = line.iter().map(component);
+    fn write_each(&self, values: impl Iterator<Item = f32>, bytes: &mut [u8]) {
         if self.halves {
             for (bytes, value) in bytes.as_chunks_mut().0.iter_mut().zip(values) {
                 *bytes = half(value).to_le_bytes();
@@ -132,37 +147,38 @@ fn channels<'a>(
     ];
     let own = { own.into_iter() }
         .filter_map(|(names, values, halves)| Some((&names[..], values?, halves)));
-    let more = image.layers.means.iter().map(|layer| {
-        let halves = encoding.halves(Some(layer.layer));
-        (layer.layer.channels(), &layer.values, halves)
-    });
-    let mattes = image.layers.mattes.iter().flat_map(|matte| {
-        let names = matte.layer.channels().chunks(3);
-        names
-            .zip(&matte.planes)
-            .map(|(names, plane)| (names, plane, false))
-    });
-    let all = own.chain(more).chain(mattes);
-    let channels = all.flat_map(|(names, values, halves)| {
+    let own = own.flat_map(|(names, values, halves)| {
         let channel = move |(component, name): (usize, &&'static str)| Channel {
             name: Cow::Borrowed(name),
-            values,
-            component,
+            values: Values::Component(values, component),
             halves,
         };
         names.iter().enumerate().map(channel)
+    });
+    let means = image.layers.means.iter().map(|mean| {
+        let halves = encoding.halves(Some(mean.layer));
+        (mean.layer, &mean.channels[..], halves)
+    });
+    let mattes = image.layers.mattes.iter();
+    let mattes = mattes.map(|matte| (matte.layer, &matte.channels[..], false));
+    let planes = means.chain(mattes).flat_map(|(layer, planes, halves)| {
+        let channel = move |(name, plane): (&&'static str, &'a Vec<f32>)| Channel {
+            name: Cow::Borrowed(name),
+            values: Values::Plane(plane),
+            halves,
+        };
+        layer.channels().iter().zip(planes).map(channel)
     });
     let lights = metadata.light_layers.iter().zip(&image.layers.lights);
     let lights = lights.flat_map(|(layer, values)| {
         let channel = move |(component, name): (usize, String)| Channel {
             name: Cow::Owned(name),
-            values,
-            component,
+            values: Values::Component(values, component),
             halves: encoding.halves(None),
         };
         light_channels(layer).into_iter().enumerate().map(channel)
     });
-    let mut channels: Vec<_> = channels.chain(lights).collect();
+    let mut channels: Vec<_> = own.chain(planes).chain(lights).collect();
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     channels
 }
@@ -170,11 +186,11 @@ fn channels<'a>(
 /// Blocks that a thread compresses between two writes.
 const BLOCKS_OF_THREAD: usize = 4;
 
-/// What a thread uses for one block after the other: new memory takes the system longer than the bytes take.
+/// What a thread uses for one block after the other.
 #[derive(Default)]
 struct Buffers {
     plain: Vec<u8>,
-    packed: Vec<u8>,
+    zip: zip_block::Memory,
 }
 
 /// Writes all blocks, in order, some compressed at a time.
@@ -190,7 +206,7 @@ fn compress(
         fill_block(image, channels, index, &mut buffers.plain);
         let block = CompressedScanLineBlock {
             y_coordinate: first_line + index.pixel_position.y() as i32,
-            compressed_pixels_le: zip_block::compress(&buffers.plain, &mut buffers.packed),
+            compressed_pixels_le: zip_block::compress(&buffers.plain, &mut buffers.zip),
         };
         let chunk = Chunk {
             layer_index: index.layer,

@@ -60,7 +60,7 @@ pub use image::Image;
 pub(crate) use layers::GrowingLayers;
 pub use layers::{
     CameraSample, ImageLayer, ImageLayers, ImageMatte, Layer, LayerSample, LayerSet, Manifest,
-    MatteId, NO_GROUP, SurfaceSample,
+    MatteId, NO_GROUP, RenderSpace, SurfaceSample,
 };
 pub use light_share::LightShare;
 pub use metadata::{FilmMetadata, Photograph};

@@ -79,9 +79,10 @@ impl PixelStatistics {
 #[cfg(test)]
 mod tests {
     use crate::film::{
-        CameraSample, Layer, LayerSample, LayerSet, MatteId, PixelBounds, SurfaceSample, Tile,
+        CameraSample, Layer, LayerSample, LayerSet, MatteId, PixelBounds, RenderSpace,
+        SurfaceSample, Tile,
     };
-    use crate::math::{DVec4, Rgb, UVec2, Vec2, Vec3};
+    use crate::math::{Rgb, UVec2, Vec2, Vec3};
 
     #[test]
     fn tiles_come_back_bit_for_bit() {
@@ -98,7 +99,7 @@ mod tests {
             surface.set_uv(Vec2::splat(0.7));
             let seen = LayerSample {
                 surface: &surface,
-                origin: &DVec4::X,
+                space: &RenderSpace::default(),
                 camera: CameraSample::new(0.3, 1e-9, Vec2::new(-0.0, 1e-40)),
                 mattes: ["a", &number.to_string()].map(MatteId::of),
             };

@@ -1,12 +1,13 @@
 //! A tile: the part of the film that one worker owns.
 
 use super::layers::{
-    CameraSample, LayerPixels, LayerSample, LayerSet, MatteId, SurfaceSample, TileLayers,
+    CameraSample, LayerPixels, LayerSample, LayerSet, MatteId, RenderSpace, SurfaceSample,
+    TileLayers,
 };
 use super::pairwise::{Join, PixelSum};
 use super::{PixelBounds, PixelStatistics};
 use crate::math::color::luminance;
-use crate::math::{DVec4, Rgb, UVec2};
+use crate::math::{Rgb, UVec2};
 
 /// Radiance with a luminance below this is an error rather than rounding (docs/scene-language.md §4.1).
 const MAX_NEGATIVE_LUMINANCE: f32 = -1e-5;
@@ -107,26 +108,19 @@ impl Tile {
         }
     }
 
-    /// Samples of a pixel follow that have met the same with this weight, and bring no light to layers of their own: its mattes, and where render space
-    /// begins in world space.
+    /// Adds samples of a pixel that have met the same with this weight, and bring no light to layers of their own: its mattes, and where its points are.
     #[inline(always)]
-    pub fn begin_run_of_layers(
+    pub fn add_run_of_layers<'a>(
         &mut self,
         pixel: UVec2,
         weight: f32,
-        (mattes, origin): ([MatteId; 2], &DVec4),
+        (mattes, space): ([MatteId; 2], &RenderSpace),
+        samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
     ) {
         if let Some(layers) = &mut self.layers {
             layers.open(pixel, || self.bounds.index(pixel));
-            layers.begin_run(weight, mattes, origin);
-        }
-    }
-
-    /// Adds one of them.
-    #[inline(always)]
-    pub fn add_to_run_of_layers(&mut self, surface: &SurfaceSample, camera: CameraSample) {
-        if let Some(layers) = &mut self.layers {
-            layers.add_to_run(surface, camera);
+            layers.begin_run(weight, mattes, space);
+            layers.add_run(samples);
         }
     }
 

@@ -7,14 +7,21 @@ use super::deflate;
 
 /// Compresses pixels whose numbers are little-endian: their bytes of even and of odd places apart, of these the differences,
 /// of these a zlib stream (OpenEXR, "File Layout", section on compression; `ImfZip.cpp` of the reference implementation). What does
-/// not become shorter is stored as it is, by which readers know it. `packed` is memory for it to use.
-pub(super) fn compress(plain: &[u8], packed: &mut Vec<u8>) -> Vec<u8> {
-    pack(plain, packed);
-    let zipped = deflate::zlib(packed);
+/// not become shorter is stored as it is, by which readers know it.
+pub(super) fn compress(plain: &[u8], memory: &mut Memory) -> Vec<u8> {
+    pack(plain, &mut memory.packed);
+    let zipped = deflate::zlib(&memory.packed, &mut memory.zipped);
     match zipped.len() < plain.len() {
-        true => zipped,
+        true => zipped.to_vec(),
         false => plain.to_vec(),
     }
+}
+
+/// What is used for one block after the other: new memory takes the system longer than the bytes take.
+#[derive(Default)]
+pub(super) struct Memory {
+    packed: Vec<u8>,
+    zipped: Vec<u8>,
 }
 
 /// The bytes of even places, then those of odd places; each but the first less the one before it, plus 128.
@@ -66,12 +73,12 @@ mod tests {
     #[test]
     fn what_gets_no_shorter_is_kept() {
         let line: Vec<u8> = (0..600_u16).flat_map(u16::to_le_bytes).collect();
-        let zipped = compress(&line, &mut Vec::new());
+        let zipped = compress(&line, &mut Memory::default());
         assert!(zipped.len() < line.len() / 8, "{}", zipped.len());
         let mut again = Vec::new();
         let mut decoder = flate2::read::ZlibDecoder::new(zipped.as_slice());
         decoder.read_to_end(&mut again).unwrap();
         assert_eq!(again, packed(&line));
-        assert_eq!(compress(&[3, 1, 2], &mut Vec::new()), [3, 1, 2]);
+        assert_eq!(compress(&[3, 1, 2], &mut Memory::default()), [3, 1, 2]);
     }
 }

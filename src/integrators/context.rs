@@ -124,6 +124,13 @@ impl Context<'_> {
         Some((sight, self.stream))
     }
 
+    /// Returns `true` if layers ask for (u, v) of what the path meets next.
+    #[inline(always)]
+    pub(super) fn wants_parameters(&self) -> bool {
+        let sight = self.watch.as_deref().and_then(|watch| watch.sight.as_ref());
+        sight.is_some_and(Sight::wants_parameters)
+    }
+
     /// Returns `true` if layers are wanted, and the path has not told them all yet.
     pub(super) fn is_looked_at(&self) -> bool {
         self.watch.as_deref().is_some_and(Watch::is_looking)

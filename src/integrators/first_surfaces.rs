@@ -79,13 +79,15 @@ impl Sight {
             return;
         }
         self.find(world, ray, hit);
-        if !bsdf.has_non_specular() && !has_interior && bsdf.lobe_count() > 0 {
+        // Of no lobes it is 0.
+        let albedo = bsdf.diffuse_reflectance();
+        if albedo.is_none() && !bsdf.has_non_specular() && !has_interior {
             return;
         }
         let normal = turned(bsdf.shading_normal(), hit.surface.wo);
         self.first.surface.set_normal(normal);
         self.state = State::AtLast;
-        if let Some(albedo) = bsdf.diffuse_reflectance() {
+        if let Some(albedo) = albedo {
             self.stay(albedo);
         }
     }
@@ -190,6 +192,21 @@ impl Sight {
         self.state == State::Looking
     }
 
+    /// (u, v) of the first surface are wanted, and not known yet.
+    #[inline(always)]
+    pub(super) fn wants_parameters(&self) -> bool {
+        self.is_empty && self.wants_uv
+    }
+
+    /// What a ray meets, with what is asked of it.
+    #[inline(always)]
+    pub(super) fn intersect(&self, world: &World, ray: &Ray) -> Option<GeometryHit> {
+        match self.wants_parameters() {
+            true => world.intersect_with_parameters(ray),
+            false => world.intersect(ray),
+        }
+    }
+
     /// All is known.
     #[inline(always)]
     pub(super) fn is_done(&self) -> bool {
@@ -197,6 +214,7 @@ impl Sight {
     }
 
     /// Notes the first surface, which may be this one.
+    #[inline(always)]
     fn find(&mut self, world: &World, ray: &Ray, hit: &GeometryHit) {
         if !self.is_empty {
             return;
@@ -206,10 +224,11 @@ impl Sight {
         // Without what the last path has left.
         first.surface = SurfaceSample::default();
         first.surface.set_p(point.p);
-        // Where nothing else asks for them, they are not known.
-        let lacks_uv = self.wants_uv && point.dpdu == Vec3::ZERO;
+        // Where the path has not asked for them, they are not known.
+        let is_bare = point.dpdu == Vec3::ZERO && point.uv == Vec2::ZERO;
+        let lacks_uv = self.wants_uv && is_bare;
         first.surface.set_uv(match lacks_uv {
-            true => world.surface_parameters(ray, found),
+            true => parameters(world, ray, found),
             false => point.uv,
         });
         first.thing = Thing::new(hit.material, world.geometry.standing(hit));
@@ -286,6 +305,13 @@ impl Sight {
     }
 }
 
+/// Those of a hit of which they are not known, as of few.
+#[cold]
+#[inline(never)]
+fn parameters(world: &World, ray: &Ray, found: &ClosestHit) -> Vec2 {
+    world.surface_parameters(ray, found)
+}
+
 /// A normal, turned to where the ray came from.
 fn turned(n: Vec3, wo: Vec3) -> Vec3 {
     if n.dot(wo) < 0.0 { -n } else { n }
@@ -320,7 +346,7 @@ impl<'a> Follower<'a> {
     /// Traces a ray, and what continues it.
     fn trace(&mut self, mut next: Option<Ray>) {
         while let Some(ray) = next {
-            let hit = self.world.intersect(&ray);
+            let hit = self.sight.intersect(self.world, &ray);
             next = self.step(&ray, hit.as_ref(), None);
         }
     }
@@ -374,7 +400,7 @@ pub fn first_surfaces(
         wants_uv,
         ..Sight::default()
     };
-    let hit = world.intersect(ray);
+    let hit = sight.intersect(world, ray);
     sight.follow(world, (ray, hit.as_ref()), differentials, &stream);
     sight.seen().copied()
 }

@@ -65,7 +65,11 @@ pub(super) fn trace(
     };
     while let Some(branch) = branches.take() {
         let depth = branch.level;
-        let Some(hit) = world.intersect(&branch.ray) else {
+        let hit = match depth == 0 && context.wants_parameters() {
+            true => world.intersect_with_parameters(&branch.ray),
+            false => world.intersect(&branch.ray),
+        };
+        let Some(hit) = hit else {
             context.arrive(depth, Met::Background, radiance);
             radiance += escape(&mut context, &branch);
             continue;

@@ -1,12 +1,13 @@
 //! What a camera sample tells the image's layers.
 
 use super::{OfAll, PendingSample, RenderJob};
+use crate::accel::Thing;
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
-use crate::film::{CameraSample, Layer, LayerSample, LayerSet, Tile};
+use crate::film::{CameraSample, Layer, LayerSample, LayerSet, RenderSpace, SurfaceSample, Tile};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
 use crate::math::instruction_set::{Instructions, Kernel};
-use crate::math::{DVec3, DVec4, Rgb, Vec2, Vec3};
+use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
 use crate::samplers::{SampleStream, Sampler};
 use arrayvec::ArrayVec;
 
@@ -14,9 +15,8 @@ use arrayvec::ArrayVec;
 pub(super) struct Shown<'a> {
     /// Layers that tell of surfaces are among them.
     surfaces: bool,
-    /// Of render space, in world space; and a zero.
-    origin: DVec4,
-    /// Where depth or circles of confusion are wanted.
+    space: RenderSpace,
+    /// Where depth or circles of confusion are wanted, and each sample has to tell them.
     depths: Option<Depths<'a>>,
     /// When [`Layer::Motion`] begins and ends, if it is wanted and anything moves.
     motion: Option<[f32; 2]>,
@@ -27,10 +27,15 @@ impl Shown<'_> {
     pub(super) fn new(job: &RenderJob) -> Shown<'_> {
         let layers = job.film.layers;
         let has_depths = layers.contains(Layer::Depth) || layers.contains(Layer::Coc);
+        let depths = has_depths.then(|| job.camera.depths());
+        let of_mean = depths.as_ref().and_then(Depths::of_mean);
         Shown {
             surfaces: layers.with_lights(0) != LayerSet::NONE.with(Layer::Lights),
-            origin: job.world_from_render.extend(0.0),
-            depths: has_depths.then(|| job.camera.depths()),
+            space: RenderSpace {
+                origin: job.world_from_render.extend(0.0),
+                depth: of_mean.unwrap_or_default(),
+            },
+            depths: depths.filter(|_| of_mean.is_none()),
             motion: job.motion_times,
         }
     }
@@ -53,24 +58,24 @@ impl Kernel for Tell<'_> {
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
-        let (waiting, rays) = self.samples;
         let ((job, all), tile) = (self.shown, self.tile);
-        // What samples of a run have in common.
-        let (mut path, mut run) = (0, None);
-        for ((waiting, ray), watch) in waiting.iter().zip(rays).zip(self.looks) {
-            if let Some((ray, found)) = plainly_found(all, ray, watch) {
-                let weight = waiting.filter_weight;
-                let alike = Some((waiting.pixel, weight.to_bits(), found.thing));
-                if run != alike {
-                    run = alike;
-                    let like = (job.mattes.of(found.thing), &all.shown.origin);
-                    tile.begin_run_of_layers(waiting.pixel, weight, like);
-                }
-                let camera = of_camera(self.shown, ray.ray.time, found);
-                tile.add_to_run_of_layers(&found.surface, camera);
-                path += 1;
+        let (waiting, rays) = self.samples;
+        let mut rest = waiting.iter().zip(rays).zip(self.looks);
+        let mut path = 0;
+        while let Some(next) = rest.clone().next() {
+            let ((waiting, ray), watch) = next;
+            let (pixel, weight) = (waiting.pixel, waiting.filter_weight);
+            if let Some((_, found)) = plainly_found(all, next) {
+                let what = (job.mattes.of(found.thing), &all.shown.space);
+                let run = Run {
+                    shown: self.shown,
+                    like: (pixel, weight.to_bits(), found.thing),
+                    rest: &mut rest,
+                    path: &mut path,
+                };
+                tile.add_run_of_layers(pixel, weight, what, run);
             } else {
-                run = None;
+                rest.next();
                 let radiance = self.radiances.get(path).copied().unwrap_or_default();
                 let sample = (ray.as_ref(), radiance);
                 add(self.shown, waiting, sample, (self.sampler, watch), tile);
@@ -80,12 +85,41 @@ impl Kernel for Tell<'_> {
     }
 }
 
+/// The next samples, as long as they are of a pixel, have this weight and have plainly met this.
+struct Run<'a, 'r, I> {
+    shown: (&'a RenderJob, &'a OfAll<'a>),
+    like: (UVec2, u32, Thing),
+    rest: &'r mut I,
+    /// How many of all samples before have a path.
+    path: &'r mut usize,
+}
+
+impl<'a, I: Iterator<Item = Looked<'a>> + Clone> Iterator for Run<'a, '_, I> {
+    type Item = (&'a SurfaceSample, CameraSample);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let next = self.rest.clone().next()?;
+        let ((waiting, _), _) = next;
+        let (ray, found) = plainly_found(self.shown.1, next)?;
+        if (waiting.pixel, waiting.filter_weight.to_bits(), found.thing) != self.like {
+            return None;
+        }
+        self.rest.next();
+        *self.path += 1;
+        let camera = of_camera(self.shown, ray.ray.time, found);
+        Some((&found.surface, camera))
+    }
+}
+
+/// A sample with its ray and what has looked at its path.
+type Looked<'a> = ((&'a PendingSample, &'a Option<CameraRay>), &'a Watch);
+
 /// What is to be told of a sample, where it is only what a path has met: most are of this kind.
 #[inline(always)]
 fn plainly_found<'a>(
     all: &OfAll,
-    ray: &'a Option<CameraRay>,
-    watch: &'a Watch,
+    ((_, ray), watch): Looked<'a>,
 ) -> Option<(&'a CameraRay, &'a FirstSurfaces)> {
     let (ray, found) = (ray.as_ref()?, watch.found()?);
     let is_plain = all.shown.surfaces && found.surface.is_finite();
@@ -119,7 +153,7 @@ pub(super) fn add(
     let sample = ray.map(|ray| {
         found.as_ref().map(|found| LayerSample {
             surface: &found.surface,
-            origin: &all.shown.origin,
+            space: &all.shown.space,
             camera: of_camera(shown, ray.ray.time, found),
             mattes: job.mattes.of(found.thing),
         })

@@ -45,6 +45,15 @@ pub struct LocalSurface {
     pub face: u32,
 }
 
+/// A point of a surface with its normals and its parameters (u, v).
+#[derive(Clone, Copy, Debug)]
+pub struct ParametricPoint {
+    /// The point.
+    pub point: LocalPoint,
+    /// Surface parameters.
+    pub uv: Vec2,
+}
+
 /// The parameters (u, v) of a surface point, alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters(pub Vec2);
@@ -209,6 +218,46 @@ impl LocalHit for LocalSurface {
             },
             face: self.face,
             ..hit
+        }
+    }
+}
+
+impl From<LocalSurface> for ParametricPoint {
+    fn from(LocalSurface { point, uv, .. }: LocalSurface) -> ParametricPoint {
+        ParametricPoint { point, uv }
+    }
+}
+
+impl Local for ParametricPoint {
+    fn of_triangle(source: &impl TriangleSource, o: DVec3, d: DVec3) -> ParametricPoint {
+        let Parameters(uv) = Parameters::of_triangle(source, o, d);
+        ParametricPoint {
+            point: LocalPoint::of_triangle(source, o, d),
+            uv,
+        }
+    }
+
+    fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<ParametricPoint> {
+        let (point, uv) = quadric.parametric_point(o, d)?;
+        Some(ParametricPoint {
+            point,
+            uv: uv.as_vec2(),
+        })
+    }
+
+    fn transformed(&self, place: &Place) -> ParametricPoint {
+        ParametricPoint {
+            point: self.point.transformed(place),
+            uv: self.uv,
+        }
+    }
+}
+
+impl LocalHit for ParametricPoint {
+    fn hit(&self, ray: &Ray) -> SurfaceHit {
+        SurfaceHit {
+            uv: self.uv,
+            ..self.point.hit(ray)
         }
     }
 }

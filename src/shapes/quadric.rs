@@ -8,6 +8,7 @@
 use super::Form;
 use super::ball::Ball;
 use super::local::{LocalPoint, LocalSurface};
+use super::sphere::Sphere;
 use crate::math::transform::{Transform, box_around, box_corners};
 use crate::math::{DVec2, DVec3};
 use glam::DMat3;
@@ -131,9 +132,13 @@ impl Quadric {
         let (Some(ball), Form::Sphere(sphere)) = (&self.ball, &self.form) else {
             return self.intersect(o, d).map(|(_, p)| p);
         };
-        let p = ball.meet(o, d)?.p;
+        Some(self.on_sphere(sphere, ball.meet(o, d)?.p))
+    }
+
+    /// `p`, a point of the ball that is this sphere in place, in object space.
+    fn on_sphere(&self, sphere: &Sphere, p: DVec3) -> DVec3 {
         let p = self.level_from_object.inverse.transform_point3(p);
-        Some(p.normalize_or(DVec3::Z) * sphere.radius)
+        p.normalize_or(DVec3::Z) * sphere.radius
     }
 
     /// That point, with its normals.
@@ -142,6 +147,21 @@ impl Quadric {
             Some(ball) => ball.meet(o, d),
             None => Some(self.point_of(self.intersect(o, d)?.1)),
         }
+    }
+
+    /// That point, with its normals, and its parameters (u, v).
+    pub fn parametric_point(&self, o: DVec3, d: DVec3) -> Option<(LocalPoint, DVec2)> {
+        let (point, p) = match (&self.ball, &self.form) {
+            (Some(ball), Form::Sphere(sphere)) => {
+                let point = ball.meet(o, d)?;
+                (point, self.on_sphere(sphere, point.p))
+            }
+            _ => {
+                let (_, p) = self.intersect(o, d)?;
+                (self.point_of(p), p)
+            }
+        };
+        Some((point, self.form.uv(p)))
     }
 
     /// `p`, a point of it in object space, with its normals.

@@ -120,6 +120,13 @@ impl World {
             .intersect(ray, &|input, point| self.textures.float(input, point))
     }
 
+    /// The same with the parameters (u, v) there, whether or not its material asks for them.
+    pub fn intersect_with_parameters(&self, ray: &Ray) -> Option<GeometryHit> {
+        let alpha = |input: &FloatInput, point: &TexturePoint| self.textures.float(input, point);
+        let found = self.geometry.closest(ray, &alpha)?;
+        self.surface_with_parameters(ray, &found)
+    }
+
     /// What [`World::intersect`] hits along each of the `rays`; `found` has as many places. [`World::surface`] tells the rest.
     pub fn closest(&self, rays: &[Ray], found: &mut [Option<ClosestHit>]) {
         let alpha = |input: &FloatInput, point: &TexturePoint| self.textures.float(input, point);
@@ -130,6 +137,11 @@ impl World {
     #[inline]
     pub fn surface(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
         self.geometry.surface(ray, found)
+    }
+
+    /// The same with its parameters (u, v), whether or not its material asks for them.
+    pub fn surface_with_parameters(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+        self.geometry.surface_with_parameters(ray, found)
     }
 
     /// The parameters (u, v) of what `ray` has hit, whether or not its material asks for them.

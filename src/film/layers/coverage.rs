@@ -3,7 +3,6 @@
 //! Samples of one image have the same weight but for its sign (the filter's), so that counting is enough: whole numbers have no order.
 
 use super::{Layer, LayerSet, MatteId};
-use crate::math::Rgb;
 
 /// Things of a pixel that are written, those that cover most of it: what Cryptomatte's files have by default.
 pub(super) const RANKS: usize = 6;
@@ -155,9 +154,10 @@ impl Coverage {
 pub struct ImageMatte {
     /// Which.
     pub layer: Layer,
-    /// Three channels of [`Layer::channels`] each, row by row as the image's pixels: number and part of what covers most of the pixel, of what
-    /// covers most of the rest, and so on.
-    pub planes: [Vec<Rgb>; 2 * RANKS / 3],
+    /// Those of [`Layer::channels`], each row by row, as the image's pixels: number and part of what covers most of the pixel, of what covers most of the
+    /// rest, and so on. Empty where no pixel shows so many things.
+    pub channels: [Vec<f32>; 2 * RANKS],
+    pixels: usize,
 }
 
 impl ImageMatte {
@@ -165,7 +165,8 @@ impl ImageMatte {
     pub(in super::super) fn all_of(set: LayerSet, pixels: usize) -> Vec<ImageMatte> {
         let blank = |layer| ImageMatte {
             layer,
-            planes: std::array::from_fn(|_| vec![Rgb::ZERO; pixels]),
+            channels: Default::default(),
+            pixels,
         };
         let wanted = Layer::MATTES
             .into_iter()
@@ -174,10 +175,13 @@ impl ImageMatte {
     }
 
     fn set(&mut self, pixel: usize, rank: usize, (id, part): (f32, f32)) {
-        for (channel, value) in [(2 * rank, id), (2 * rank + 1, part)] {
-            let plane = self.planes.get_mut(channel / 3);
-            if let Some(slot) = plane.and_then(|plane| plane.get_mut(pixel)) {
-                slot[channel % 3] = value;
+        let channels = self.channels.iter_mut().skip(2 * rank);
+        for (channel, value) in channels.zip([id, part]) {
+            if channel.is_empty() {
+                *channel = vec![0.0; self.pixels];
+            }
+            if let Some(slot) = channel.get_mut(pixel) {
+                *slot = value;
             }
         }
     }
@@ -185,7 +189,7 @@ impl ImageMatte {
     /// What a pixel shows: numbers, and the parts of the pixel that they cover.
     #[cfg(test)]
     pub(crate) fn ranks(&self, pixel: usize) -> [(f32, f32); RANKS] {
-        let at = |channel: usize| self.planes[channel / 3][pixel][channel % 3];
+        let at = |channel: usize| self.channels[channel].get(pixel).copied().unwrap_or(0.0);
         std::array::from_fn(|rank| (at(2 * rank), at(2 * rank + 1)))
     }
 }
@@ -217,6 +221,7 @@ mod tests {
             let mut matte = ImageMatte::all_of(LayerSet::NONE.with(Layer::Material), 2);
             all.develop(&mut matte[0], |_| 60.0, Some);
             assert_eq!(matte[0].ranks(0), [(0.0, 0.0); RANKS]);
+            assert!(matte[0].channels.iter().all(|channel| channel.len() == 2));
             matte[0].ranks(1)
         };
         let ranks = developed(&samples, 1);
@@ -233,6 +238,23 @@ mod tests {
             assert_eq!(developed(&samples, parts), ranks);
             assert_eq!(developed(&reversed, parts), ranks);
         }
+    }
+
+    #[test]
+    fn what_no_pixel_shows_takes_no_memory() {
+        let mut coverage = Coverage::default();
+        for (pixel, thing) in [(0, 3), (2, 1), (2, 4)] {
+            coverage.add(pixel, ids()[thing], 1, 1.0);
+        }
+        let mut matte = ImageMatte::all_of(LayerSet::NONE.with(Layer::Instance), 3);
+        coverage.develop(&mut matte[0], |_| 2.0, Some);
+        let pixels = matte[0].channels.each_ref().map(Vec::len);
+        assert_eq!(pixels, [3, 3, 3, 3, 0, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(
+            matte[0].ranks(0)[..2],
+            [(ids()[3].number(), 0.5), (0.0, 0.0)]
+        );
+        assert_eq!(matte[0].ranks(1), [(0.0, 0.0); RANKS]);
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl GrowingLayers {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{CameraSample, LayerSample, MatteId, SurfaceSample, all};
+    use super::super::{CameraSample, LayerSample, MatteId, RenderSpace, SurfaceSample, all};
     use super::*;
     use crate::math::{DVec4, Rgb, UVec2, Vec2, Vec3};
 
@@ -71,7 +71,10 @@ mod tests {
     fn sample(x: f32, surface: &SurfaceSample) -> LayerSample<'_> {
         LayerSample {
             surface,
-            origin: &DVec4::X,
+            space: &RenderSpace {
+                origin: DVec4::X,
+                depth: DVec4::Y,
+            },
             camera: CameraSample::new(x.into(), x.cos().into(), Vec2::new(x.sin(), x)),
             mattes: ["a", "b"].map(MatteId::of),
         }

@@ -10,19 +10,31 @@ use crate::math::{DVec3, Rgb};
 pub struct ImageLayer {
     /// Which.
     pub layer: Layer,
-    /// Row by row, as the image's pixels: the layer's channels, of which there may be fewer than three.
-    pub values: Vec<Rgb>,
+    /// Its channels, those of [`Layer::channels`]: each row by row, as the image's pixels.
+    pub channels: Vec<Vec<f32>>,
 }
 
 impl ImageLayer {
     /// These layers of so many pixels, all 0.
     pub(in super::super) fn all_of(set: LayerSet, pixels: usize) -> Vec<ImageLayer> {
-        let black = |layer| ImageLayer {
+        let black = |layer: Layer| ImageLayer {
             layer,
-            values: vec![Rgb::ZERO; pixels],
+            channels: vec![vec![0.0; pixels]; layer.channels().len()],
         };
         let has_means = |layer: &Layer| layer.matte().is_none() && *layer != Layer::Lights;
         set.iter().filter(has_means).map(black).collect()
+    }
+
+    /// Its first three channels together, where it has so many.
+    pub fn triples(&self) -> Vec<Rgb> {
+        let [x, y, z, ..] = self.channels.as_slice() else {
+            return Vec::new();
+        };
+        let pairs = x.iter().zip(y);
+        pairs
+            .zip(z)
+            .map(|((&x, &y), &z)| Rgb::new(x, y, z))
+            .collect()
     }
 }
 
@@ -86,18 +98,24 @@ impl ImageLayers {
         places: &[(usize, usize)],
         scale: f64,
     ) {
+        let shown: Vec<Shown> = { places.iter() }
+            .map(|&(number, index)| Shown::new(pixels, number, index))
+            .collect();
         let mut first = SHARED;
-        for ImageLayer { layer, values } in &mut self.means {
-            let shown = (*layer, first);
-            match layer.channels().len() {
-                1 => develop_mean::<1>(values, shown, pixels, places),
-                2 => develop_mean::<2>(values, shown, pixels, places),
-                _ => develop_mean::<3>(values, shown, pixels, places),
+        for ImageLayer { layer, channels } in &mut self.means {
+            for (channel, values) in channels.iter_mut().enumerate() {
+                let sum = match layer {
+                    Layer::Alpha => COVERED,
+                    _ => first + channel,
+                };
+                develop_mean(values, (*layer, sum), pixels, &shown);
             }
             first += layer.sums();
         }
-        for &(number, index) in places {
-            self.develop_lights(index, pixels.pixel(number), scale);
+        if !self.lights.is_empty() {
+            for &(number, index) in places {
+                self.develop_lights(index, pixels.pixel(number), scale);
+            }
         }
     }
 
@@ -111,12 +129,13 @@ impl ImageLayers {
 
     /// The values of a pixel in these channels.
     pub(crate) fn values(&self, pixel: usize) -> impl Iterator<Item = f32> {
-        let own = { self.means.iter() }.map(|mean| (mean.layer.channels().len(), &mean.values));
-        let lights = self.lights.iter().map(|values| (3, values));
-        own.chain(lights).flat_map(move |(components, values)| {
-            let value = values.get(pixel).copied().unwrap_or_default();
-            value.to_array().into_iter().take(components)
-        })
+        let own = self.means.iter().flat_map(|mean| &mean.channels);
+        let own = own.map(move |values| values.get(pixel).copied().unwrap_or_default());
+        let lights = self.lights.iter().flat_map(move |values| {
+            let light = values.get(pixel).copied().unwrap_or_default();
+            light.to_array()
+        });
+        own.chain(lights)
     }
 
     /// As colors are: nothing is negative.
@@ -133,37 +152,54 @@ impl ImageLayers {
     }
 }
 
-/// Sets pixels of a layer, of `N` channels, to the means that their sums are of, the first of which is there.
-fn develop_mean<const N: usize>(
-    values: &mut [Rgb],
-    (layer, first): (Layer, usize),
-    pixels: &LayerPixels,
-    places: &[(usize, usize)],
-) {
-    let first = if layer == Layer::Alpha {
-        COVERED
-    } else {
-        first
-    };
-    // A filter with negative lobes may go beyond.
-    let (over, [low, high]) = match layer {
-        Layer::Albedo | Layer::Alpha => (SEEN, [0.0, 1.0]),
-        Layer::Normal => (SEEN, [-1.0, 1.0]),
-        _ => (HITS, [f64::NEG_INFINITY, f64::INFINITY]),
-    };
-    for &(number, index) in places {
+/// A pixel: its number among those that have sums, and its place in an image.
+struct Shown {
+    number: usize,
+    index: usize,
+    /// The share of it that a sample has which is seen, and one that meets a surface.
+    of_seen: f64,
+    of_hit: f64,
+}
+
+impl Shown {
+    fn new(pixels: &LayerPixels, number: usize, index: usize) -> Shown {
         let sums = pixels.pixel(number);
-        let (Some(sums), Some(&over)) = (sums.get(first..first + N), sums.get(over)) else {
-            continue;
-        };
-        let mut value = Rgb::ZERO;
-        for (value, sum) in value.as_mut().iter_mut().zip(sums) {
-            let mean = if over > 0.0 { sum / over } else { 0.0 };
-            // Not a negative zero, which sums may or may not begin with.
-            *value = (mean.clamp(low, high) + 0.0) as f32;
+        let [of_seen, of_hit] = [SEEN, HITS].map(|over| match sums.get(over) {
+            Some(&over) if over > 0.0 => 1.0 / over,
+            _ => 0.0,
+        });
+        Shown {
+            number,
+            index,
+            of_seen,
+            of_hit,
         }
-        if let Some(slot) = values.get_mut(index) {
-            *slot = value;
+    }
+}
+
+/// Sets pixels of a layer's channel to the means that their sums of this number are of.
+fn develop_mean(
+    values: &mut [f32],
+    (layer, sum): (Layer, usize),
+    pixels: &LayerPixels,
+    shown: &[Shown],
+) {
+    // A filter with negative lobes may go beyond.
+    let (of_hits, [low, high]) = match layer {
+        Layer::Albedo | Layer::Alpha => (false, [0.0, 1.0]),
+        Layer::Normal => (false, [-1.0, 1.0]),
+        _ => (true, [f64::NEG_INFINITY, f64::INFINITY]),
+    };
+    let count = pixels.set.sums();
+    for own in shown {
+        let (sum, value) = (
+            pixels.sums.get(own.number * count + sum),
+            values.get_mut(own.index),
+        );
+        if let (Some(sum), Some(value)) = (sum, value) {
+            let share = if of_hits { own.of_hit } else { own.of_seen };
+            // Not a negative zero, which sums may or may not begin with.
+            *value = ((sum * share).clamp(low, high) + 0.0) as f32;
         }
     }
 }

@@ -15,10 +15,9 @@ pub use coverage::ImageMatte;
 pub use cryptomatte::{Manifest, MatteId};
 pub(crate) use growing::GrowingLayers;
 pub use image_layers::{ImageLayer, ImageLayers};
-pub use sample::{CameraSample, LayerSample, SurfaceSample};
+pub use sample::{CameraSample, LayerSample, RenderSpace, SurfaceSample};
 pub(super) use sums::{LayerPixels, TileLayers};
 
-use crate::math::Rgb;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -221,10 +220,8 @@ impl LayerSet {
     /// Bytes of a pixel in the image and in its file, which is made in memory.
     pub fn memory_of_image(self) -> u64 {
         let channels = |layer: Layer| layer.channels().len();
-        let planes: usize = self.iter().map(|layer| channels(layer).div_ceil(3)).sum();
-        let in_file: usize = self.iter().map(channels).sum();
-        let (planes, in_file) = (planes + self.lights(), in_file + 3 * self.lights());
-        (planes * size_of::<Rgb>() + in_file * size_of::<f32>()) as u64
+        let channels = self.iter().map(channels).sum::<usize>() + 3 * self.lights();
+        (2 * channels * size_of::<f32>()) as u64
     }
 }
 

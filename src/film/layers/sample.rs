@@ -8,12 +8,22 @@ use crate::math::{DVec4, Rgb, Vec2, Vec3, Vec4};
 pub struct LayerSample<'a> {
     /// Of the surface.
     pub surface: &'a SurfaceSample,
-    /// Where render space begins, in world space, scene units; and a zero.
-    pub origin: &'a DVec4,
+    /// Where the surface's point is.
+    pub space: &'a RenderSpace,
     /// Of the camera.
     pub camera: CameraSample,
     /// Of [`super::Layer::MATTES`].
     pub mattes: [MatteId; 2],
+}
+
+/// Render space, in which all samples of an image have their points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RenderSpace {
+    /// Where it begins, in world space, scene units; and a zero.
+    pub origin: DVec4,
+    /// The dot product of this and a point, with 1 for w, is its [depth](super::Layer::Depth): the depth of a mean of points is the mean of their depths. 0
+    /// where samples tell it.
+    pub depth: DVec4,
 }
 
 /// What layers tell of how a camera sees a point.

@@ -7,7 +7,7 @@
 //! surface, for a mean with the negative weights of some filters may be over a sum that is nearly zero.
 
 use super::coverage::Coverage;
-use super::{CameraSample, Layer, LayerSample, LayerSet, MatteId, SurfaceSample};
+use super::{CameraSample, Layer, LayerSample, LayerSet, MatteId, RenderSpace, SurfaceSample};
 use crate::film::pairwise::{Join, Pairwise, PixelSum};
 use crate::math::{DVec3, DVec4, Rgb, UVec2, Vec4};
 use arrayvec::ArrayVec;
@@ -178,12 +178,14 @@ impl Leaf {
         self.0[0] += Vec4::new(f32::from(is_seen), 0.0, 0.0, 1.0);
     }
 
-    /// Its sums, where render space begins at `origin` in world space.
+    /// Its sums.
     #[inline(always)]
-    fn sums(&self, origin: DVec4) -> Own {
+    fn sums(&self, space: &RenderSpace) -> Own {
         let mut own = Own(self.0.map(|sums| sums.as_dvec4()));
-        let hits = own.0[0][HITS];
-        own.0[POSITION / 4] += hits * origin;
+        let (hits, points) = (own.0[0][HITS], &mut own.0[POSITION / 4]);
+        let depth = (*points + hits * DVec4::W).dot(space.depth);
+        *points += hits * space.origin;
+        own.0[CAMERA / 4].x += depth;
         own
     }
 }
@@ -201,8 +203,7 @@ pub(in super::super) struct TileLayers {
     run: Run,
     leaf: Leaf,
     in_leaf: u32,
-    /// Where render space begins, in world space.
-    origin: DVec4,
+    space: RenderSpace,
     leaves: Pairwise<Own>,
     /// The same of light, if any is wanted.
     leaf_of_light: Lights,
@@ -228,7 +229,7 @@ impl TileLayers {
             run: Run::default(),
             leaf: Leaf::default(),
             in_leaf: 0,
-            origin: DVec4::ZERO,
+            space: RenderSpace::default(),
             leaves: Pairwise::default(),
             leaf_of_light: Lights::none(set),
             leaves_of_light: Pairwise::default(),
@@ -259,7 +260,7 @@ impl TileLayers {
         }
         match sample {
             Some(Some(found)) => {
-                self.origin = *found.origin;
+                self.space = *found.space;
                 self.leaf.add(weight, found.surface, found.camera);
                 self.cover(weight, found.mattes, 1);
             }
@@ -276,27 +277,37 @@ impl TileLayers {
     }
 
     /// Samples of the pixel that is open follow that have met the same with this weight, and bring no light to layers of their own: its mattes, and where
-    /// render space begins in world space.
+    /// its points are.
     #[inline(never)]
     pub(in super::super) fn begin_run(
         &mut self,
         weight: f32,
         mattes: [MatteId; 2],
-        origin: &DVec4,
+        space: &RenderSpace,
     ) {
-        self.origin = *origin;
+        self.space = *space;
         self.cover(weight, mattes, 0);
     }
 
-    /// Adds one of them.
+    /// Adds them.
     #[inline(always)]
-    pub(in super::super) fn add_to_run(&mut self, surface: &SurfaceSample, camera: CameraSample) {
-        self.leaf.add(self.run.weight, surface, camera);
-        self.run.samples += 1;
-        self.in_leaf += 1;
-        if self.in_leaf == PixelSum::LEAF {
-            self.next_leaf();
+    pub(in super::super) fn add_run<'a>(
+        &mut self,
+        samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
+    ) {
+        // In the processor's registers, one leaf after the other.
+        let (weight, mut leaf, mut in_leaf) = (self.run.weight, self.leaf, self.in_leaf);
+        for (surface, camera) in samples {
+            leaf.add(weight, surface, camera);
+            in_leaf += 1;
+            self.run.samples += 1;
+            if in_leaf == PixelSum::LEAF {
+                self.leaf = leaf;
+                self.next_leaf();
+                (leaf, in_leaf) = (Leaf::default(), 0);
+            }
         }
+        (self.leaf, self.in_leaf) = (leaf, in_leaf);
     }
 
     /// Counts samples for Cryptomattes.
@@ -332,7 +343,7 @@ impl TileLayers {
     #[inline(never)]
     fn next_leaf(&mut self) {
         self.in_leaf = 0;
-        self.leaves.push(self.leaf.sums(self.origin));
+        self.leaves.push(self.leaf.sums(&self.space));
         self.leaf = Leaf::default();
         let set = self.pixels.set;
         if set.lights() > 0 {
@@ -346,7 +357,7 @@ impl TileLayers {
     #[inline(never)]
     pub(in super::super) fn close(&mut self) {
         self.end_run();
-        let mut all = self.leaf.sums(self.origin);
+        let mut all = self.leaf.sums(&self.space);
         self.leaf = Leaf::default();
         self.leaves.take_into(&mut all);
         self.leaves_of_light.take_into(&mut self.leaf_of_light);
@@ -410,7 +421,12 @@ mod tests {
         let x = index as f32 * 0.618;
         LayerSample {
             surface,
-            origin: const { &DVec4::new(0.1, 0.1, 0.1, 0.0) },
+            space: const {
+                &RenderSpace {
+                    origin: DVec4::new(0.1, 0.1, 0.1, 0.0),
+                    depth: DVec4::new(0.1, 0.2, 0.3, 0.4),
+                }
+            },
             camera: CameraSample::new(
                 (20.0 * f64::from(x.fract())).exp(),
                 f64::from(x).cos(),
@@ -470,8 +486,11 @@ mod tests {
         surface.set_uv(Vec2::new(0.25, 0.5));
         let found = LayerSample {
             surface: &surface,
-            origin: &DVec4::new(0.0, 1e6, 0.0, 0.0),
-            camera: CameraSample::new(4.0, 8.0, Vec2::new(3.0, -2.0)),
+            space: &RenderSpace {
+                origin: DVec4::new(0.0, 1e6, 0.0, 0.0),
+                depth: DVec4::new(0.0, 0.0, -1.0, 7.0),
+            },
+            camera: CameraSample::new(0.0, 8.0, Vec2::new(3.0, -2.0)),
             mattes: ["a", "b"].map(MatteId::of),
         };
         // One blocked in the lens, one that meets nothing, two that meet the same point.
@@ -488,17 +507,21 @@ mod tests {
         layers.develop(&tile.pixels, &[Some(0)], 2.0);
         let third = 2.0 / 3.0;
         let expected = [
-            (surface.albedo().as_dvec3() * third).as_vec3(),
-            (DVec3::Z * third).as_vec3(),
-            Rgb::new(4.0, 0.0, 0.0),
-            Rgb::new(1.0, 1_000_002.0, 3.0),
-            Rgb::new(0.25, 0.5, 0.0),
-            Rgb::new(3.0, -2.0, 0.0),
-            Rgb::new(8.0, 0.0, 0.0),
-            Rgb::new(third as f32, 0.0, 0.0),
+            (surface.albedo().as_dvec3() * third)
+                .as_vec3()
+                .to_array()
+                .to_vec(),
+            (DVec3::Z * third).as_vec3().to_array().to_vec(),
+            vec![4.0],
+            vec![1.0, 1_000_002.0, 3.0],
+            vec![0.25, 0.5],
+            vec![3.0, -2.0],
+            vec![8.0],
+            vec![third as f32],
         ];
+        assert_eq!(layers.means.len(), expected.len());
         for (layer, expected) in layers.means.iter().zip(expected) {
-            assert_eq!(layer.values[0], expected, "{:?}", layer.layer);
+            assert_eq!(layer.channels.concat(), expected, "{:?}", layer.layer);
         }
         assert_eq!(layers.lights[0], [Rgb::splat(2.0)]);
         assert_eq!(layers.lights[1], [Rgb::new(3.0, 4.0, 0.0)]);

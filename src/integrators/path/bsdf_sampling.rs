@@ -85,14 +85,14 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let is_seen = self.trail.is_seen;
         let sees_fainter = is_seen && seen.is_some_and(|(way, _)| way.wi == fainter.wi);
         if u < chance {
-            let before = self.trail;
+            let before = *self.trail;
             let numbers = std::mem::replace(self.context.stream, numbers_of_other);
             self.trail.is_seen = sees_fainter;
             let goes_on = self.follow(hit, (fainter, chance));
             if goes_on.is_none() {
                 self.look_along(self.trail.ray);
             }
-            let trail = std::mem::replace(&mut self.trail, before);
+            let trail = std::mem::replace(self.trail, before);
             let stream = std::mem::replace(self.context.stream, numbers);
             self.branches
                 .extend(goes_on.map(|()| Branch { trail, stream }));

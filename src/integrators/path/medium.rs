@@ -101,21 +101,21 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
 
     /// Begins a branch that scatters at a point of a medium, which it comes to with this throughput.
     fn branch_off(&mut self, throughput: Rgb, vertex: &MediumVertex) {
-        let (before, differentials) = (self.trail, self.differentials);
+        let (before, differentials) = (*self.trail, self.differentials);
         self.arrive(Met::Medium);
         // Layers look along the way that passes.
         self.trail.is_seen = false;
         self.trail.throughput = throughput;
         let left = self.scatter_in_medium(vertex);
         let left = left.and_then(|()| self.russian_roulette());
-        let (trail, stream) = (self.trail, *self.context.stream);
+        let (trail, stream) = (*self.trail, *self.context.stream);
         self.branches
             .extend(left.map(|()| Branch { trail, stream }));
         let passing = Trail {
             radiance: self.trail.radiance,
             ..before
         };
-        (self.trail, self.differentials) = (passing, differentials);
+        (*self.trail, self.differentials) = (passing, differentials);
     }
 
     /// Crosses a medium one way, which is chosen by chance: see [`PathState::cross_medium`].

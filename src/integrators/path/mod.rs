@@ -115,11 +115,12 @@ impl Path {
     /// without material; a constant, so that `path` pays nothing for it. Nor does either for being watched.
     fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Rgb {
         let medium = context.world.media.camera.filter(|_| MEDIA);
+        let mut trail = Trail::new(context.ray, medium, self.max_depth, context.world);
         let mut state = PathState::<MEDIA, WATCHED> {
             path: self,
             reports: WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports()),
             differentials: context.differentials,
-            trail: Trail::new(context.ray, medium, self.max_depth, context.world),
+            trail: &mut trail,
             branches: ArrayVec::new(),
             waiting: 0,
             context,
@@ -228,7 +229,7 @@ struct PathState<'a, const MEDIA: bool, const WATCHED: bool> {
     differentials: Option<&'a RayDifferentials>,
     /// Every step is reported.
     reports: bool,
-    trail: Trail,
+    trail: &'a mut Trail,
     /// Ways that are left. The last one is taken first.
     branches: ArrayVec<Branch, MAX_BRANCHES>,
     /// So many ways are left besides, which a wave keeps.
@@ -254,7 +255,11 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Extends the path by a vertex.
     #[inline(always)]
     fn extend(&mut self) -> Option<()> {
-        let hit = self.context.world.intersect(&self.trail.ray);
+        let (world, ray) = (self.context.world, &self.trail.ray);
+        let hit = match self.wants_parameters() {
+            true => world.intersect_with_parameters(ray),
+            false => world.intersect(ray),
+        };
         self.arrive_at(hit.as_ref(), |path, hit, bsdf| path.scatter(hit, bsdf))
     }
 
@@ -363,6 +368,12 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if WATCHED && self.trail.is_seen {
             self.context.look(note);
         }
+    }
+
+    /// Returns `true` if layers ask for (u, v) of what the path meets next.
+    #[inline(always)]
+    fn wants_parameters(&self) -> bool {
+        WATCHED && self.trail.is_seen && self.context.wants_parameters()
     }
 
     /// Looks at what is behind the point where the path scatters in a medium, or ends, for layers, by the numbers that the path has then.

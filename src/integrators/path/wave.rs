@@ -243,7 +243,8 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         if wants_uv {
             bare.find_parameters(vertices.count());
         }
-        for i in 0..vertices.count() {
+        // As the compiler does not know, which then checks no index.
+        for i in 0..vertices.count().min(WAVE) {
             let path = vertices.path(i);
             let looks = |sight: &&mut Sight| trails[path].is_seen && sight.is_looking();
             let Some(sight) = sight(&mut self.bundle.paths[path]).filter(looks) else {
@@ -292,22 +293,35 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         found: Option<ClosestHit>,
         is_first: bool,
     ) {
-        let waiting = wave.paths.waiting[path as usize];
-        let trail = &wave.paths.trails[path as usize];
+        let Wave {
+            paths,
+            mattes,
+            coated,
+            ..
+        } = wave;
+        let (mattes, coated) = (&mut mattes.vertices, &mut coated.vertices);
+        let (trail, waiting) = (
+            &mut paths.trails[path as usize],
+            paths.waiting[path as usize],
+        );
         let mut state = self.state(path, (trail, waiting), is_first);
-        let hit = found.and_then(|found| state.context.world.surface(&state.trail.ray, &found));
+        let world = state.context.world;
+        let wants_uv = state.wants_parameters();
+        let hit = found.and_then(|found| match wants_uv {
+            true => world.surface_with_parameters(&state.trail.ray, &found),
+            false => world.surface(&state.trail.ray, &found),
+        });
         if let Some(hit) = &hit
-            && !(MEDIA && is_in_media(&state.trail, hit.interface))
+            && !(MEDIA && is_in_media(state.trail, hit.interface))
             && state.trail.depth < state.trail.max_depth
-            && wave.add_coated(state.context.world, path, hit)
+            && add_coated(coated, world, (path, state.trail.throughput), hit)
         {
-            let (world, ray) = (state.context.world, state.trail.ray);
+            let ray = state.trail.ray;
             state.look(|sight| sight.meet_coated(world, &ray, hit));
             return;
         }
-        let (mattes, coated) = (&mut wave.mattes.vertices, &mut wave.coated.vertices);
         let goes_on = state.arrive_at(hit.as_ref(), |state, hit, bsdf| {
-            if MEDIA && is_in_media(&state.trail, hit.interface) {
+            if MEDIA && is_in_media(state.trail, hit.interface) {
                 return state.scatter(hit, bsdf);
             }
             let throughput = state.trail.throughput;
@@ -324,13 +338,12 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         if goes_on.is_none() {
             state.look_along(state.trail.ray);
         }
-        wave.paths.trails[path as usize] = state.trail;
-        wave.paths.waiting[path as usize] += state.branches.len() as u8;
+        paths.waiting[path as usize] += state.branches.len() as u8;
         // Not moved, mostly empty as they are, out of the path's memory.
         let branches = state.branches.iter().map(|branch| (path, *branch));
-        wave.paths.branches.extend(branches);
+        paths.branches.extend(branches);
         if goes_on.is_some() {
-            wave.paths.walking.push(path);
+            paths.walking.push(path);
         }
     }
 
@@ -375,18 +388,18 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
 
     /// A path by itself.
     #[inline(always)]
-    fn state(
-        &mut self,
+    fn state<'s>(
+        &'s mut self,
         path: u32,
-        (trail, waiting): (&Trail, u8),
+        (trail, waiting): (&'s mut Trail, u8),
         is_first: bool,
-    ) -> PathState<'_, MEDIA, WATCHED> {
+    ) -> PathState<'s, MEDIA, WATCHED> {
         let context = self.bundle.context(path as usize);
         PathState {
             path: self.path,
             differentials: context.differentials.filter(|_| is_first),
             reports: false,
-            trail: *trail,
+            trail,
             branches: ArrayVec::new(),
             waiting: waiting.into(),
             context,
@@ -494,23 +507,26 @@ impl Wave {
         }
         true
     }
+}
 
-    /// Takes up a hit if it is of a surface that is [coated](Coated) alike everywhere and emits nothing.
-    #[inline(always)]
-    fn add_coated(&mut self, world: &World, path: u32, hit: &GeometryHit) -> bool {
-        if hit.light.is_some() {
-            return false;
-        }
-        let Some(lobes) = world.even_coat(hit.material) else {
-            return false;
-        };
-        let (surface, shading) = (&hit.surface, &hit.surface.shading);
-        let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
-        let throughput = self.paths.trails[path as usize].throughput;
-        let vertices = &mut self.coated.vertices;
-        vertices.begin(path, surface, (lobes, &frame), throughput);
-        true
+/// Takes up a hit of a path with this throughput if it is of a surface that is [coated](Coated) alike everywhere and emits nothing.
+#[inline(always)]
+fn add_coated(
+    vertices: &mut Vertices<Coated, WAVE>,
+    world: &World,
+    (path, throughput): (u32, Rgb),
+    hit: &GeometryHit,
+) -> bool {
+    if hit.light.is_some() {
+        return false;
     }
+    let Some(lobes) = world.even_coat(hit.material) else {
+        return false;
+    };
+    let (surface, shading) = (&hit.surface, &hit.surface.shading);
+    let frame = Frame::from_normal_and_tangent(shading.n, shading.dpdu);
+    vertices.begin(path, surface, (lobes, &frame), throughput);
+    true
 }
 
 /// Returns `true` if there is a medium around the ray, or may be on a side of the surface that it has hit: such steps are taken alone.

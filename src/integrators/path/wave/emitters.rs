@@ -133,7 +133,8 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
                 self.light(&mut lot.lamps, paths);
             }
         } else {
-            let state = self.state(path as u32, (trail, 0), false);
+            let mut trail = *trail;
+            let state = self.state(path as u32, (&mut trail, 0), false);
             let sample = state.unshadowed(chosen, u, &vertex, &vertex.from);
             if let Some(arriving) = sample {
                 let gain = Gain {

@@ -11,6 +11,7 @@ use crate::math::hash::{mix2, unit_float};
 use crate::math::instruction_set::InstructionSet;
 use crate::math::{Vec2, Vec3};
 use crate::render::RenderJob;
+use crate::surface::SurfaceHit;
 use std::collections::HashSet;
 
 /// [`OUTDOORS`], with so many lamps that first surfaces choose several.
@@ -238,7 +239,7 @@ const SHAPES: &str = r#"
 "#;
 
 #[test]
-fn parameters_alone_are_those_of_the_whole_surface() {
+fn parameters_are_those_of_the_whole_surface() {
     let bits = |uv: Vec2| uv.to_array().map(f32::to_bits);
     // The ground, too, whose mesh has parameters of its own.
     let plain = OUTDOORS.replace(r#""texture Kd" "tiles""#, r#""rgb Kd" [ .5 .5 .5 ]"#);
@@ -255,6 +256,13 @@ fn parameters_alone_are_those_of_the_whole_surface() {
             let whole = geometry.whole(&ray, &found).expect("a surface");
             let uv = job.world.surface_parameters(&ray, &found);
             assert_eq!(bits(uv), bits(whole.surface.uv), "{ray:?}");
+            // Asked for beside the point, they change nothing of it.
+            let known = job.world.surface_with_parameters(&ray, &found);
+            let known = known.expect("a surface").surface;
+            let plain = job.world.surface(&ray, &found).expect("a surface").surface;
+            assert_eq!(bits(known.uv), bits(uv), "{ray:?}");
+            let plain = SurfaceHit { uv, ..plain };
+            assert_eq!(format!("{plain:?}"), format!("{known:?}"), "{ray:?}");
             assert!(whole.surface.uv != Vec2::ZERO, "{ray:?}");
             shapes.insert(format!("{:?}", geometry.standing(&whole)));
             compared += 1;
