@@ -151,7 +151,7 @@ impl Geometry {
     /// The closest hit nearer than `ray.t_max`.
     pub fn intersect(&self, ray: &Ray, alpha: &impl Alpha) -> Option<GeometryHit> {
         let found = self.closest(ray, alpha)?;
-        self.surface(ray, &found)
+        self.surface(ray, &found, false)
     }
 
     /// What [`Geometry::intersect`] hits, without the surface there.
@@ -171,10 +171,11 @@ impl Geometry {
         Search::<_, false>::run(self, rays, alpha, (found, &mut []));
     }
 
-    /// The surface that this ray has hit.
+    /// The surface that this ray has hit; with the parameters (u, v) of what has a material, whether or not anything else asks for them, if they are
+    /// `wanted`.
     #[inline]
-    pub fn surface(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
-        self.resolve(ray, found)
+    pub fn surface(&self, ray: &Ray, found: &ClosestHit, wanted: bool) -> Option<GeometryHit> {
+        self.resolve(ray, found, wanted)
     }
 
     /// What was hit, as the scene has it: an instance, or a shape that is in none.
@@ -242,7 +243,7 @@ impl Geometry {
         if self.attributes(&found).light.is_none() {
             return EmitterHit::NotEmissive;
         }
-        self.resolve(ray, &found)
+        self.resolve(ray, &found, false)
             .map_or(EmitterHit::Escaped, EmitterHit::Emitter)
     }
 

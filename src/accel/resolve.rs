@@ -17,36 +17,33 @@ use crate::shapes::triangle::Triangle;
 type Resolved<'a, L> = (L, &'a PrimitiveAttributes, Option<LightId>);
 
 impl Geometry {
-    /// The surface at the hit that a search found.
+    /// The surface at the hit that a search found; with the parameters (u, v) of what has a material, whether or not anything else asks for them, if they
+    /// are `wanted`.
     #[inline]
-    pub(super) fn resolve(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
-        self.resolve_with::<LocalPoint>(ray, found)
-    }
-
-    /// As [`Geometry::resolve`]: of what needs no more, as `L`.
-    #[inline(always)]
-    fn resolve_with<L: LocalHit>(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
+    pub(super) fn resolve(
+        &self,
+        ray: &Ray,
+        found: &ClosestHit,
+        wanted: bool,
+    ) -> Option<GeometryHit> {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         if found.path[0] == PrimitiveId::NONE && found.id.is_triangle() {
             // The most common hit; nothing is copied on its way out.
             let triangle = StoredTriangle::new(&self.top, found);
-            return Some(match triangle.mesh.attributes.bare {
-                true => hit(&triangle.resolve::<L>(o, d), ray, found),
-                false => hit(&triangle.resolve::<LocalSurface>(o, d), ray, found),
-            });
+            return match triangle.mesh.attributes.bare {
+                true if wanted => self.resolve_as::<ParametricPoint>(ray, found),
+                true => Some(hit(&triangle.resolve::<LocalPoint>(o, d), ray, found)),
+                false => Some(hit(&triangle.resolve::<LocalSurface>(o, d), ray, found)),
+            };
         }
         let attributes = self.attributes(found);
         match attributes.bare {
-            // Nothing is shown of what has no material.
-            true if attributes.material.is_none() => self.resolve_as::<LocalPoint>(ray, found),
-            true => self.resolve_as::<L>(ray, found),
+            true if wanted && attributes.material.is_some() => {
+                self.resolve_as::<ParametricPoint>(ray, found)
+            }
+            true => self.resolve_as::<LocalPoint>(ray, found),
             false => self.resolve_as::<LocalSurface>(ray, found),
         }
-    }
-
-    /// As [`Geometry::surface`], with the parameters (u, v) of what has a material, whether or not anything else asks for them.
-    pub fn surface_with_parameters(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
-        self.resolve_with::<ParametricPoint>(ray, found)
     }
 
     /// As [`Geometry::resolve`], with all that is known of the surface.

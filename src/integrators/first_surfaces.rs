@@ -69,6 +69,7 @@ impl Default for Sight {
 
 impl Sight {
     /// Meets a surface of `world` with a material; `has_interior`: there is a medium inside, into which no sight goes.
+    #[inline(always)]
     pub(super) fn meet(
         &mut self,
         world: &World,
@@ -201,10 +202,7 @@ impl Sight {
     /// What a ray meets, with what is asked of it.
     #[inline(always)]
     pub(super) fn intersect(&self, world: &World, ray: &Ray) -> Option<GeometryHit> {
-        match self.wants_parameters() {
-            true => world.intersect_with_parameters(ray),
-            false => world.intersect(ray),
-        }
+        world.intersect_with(ray, self.wants_parameters())
     }
 
     /// All is known.

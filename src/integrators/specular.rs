@@ -65,11 +65,8 @@ pub(super) fn trace(
     };
     while let Some(branch) = branches.take() {
         let depth = branch.level;
-        let hit = match depth == 0 && context.wants_parameters() {
-            true => world.intersect_with_parameters(&branch.ray),
-            false => world.intersect(&branch.ray),
-        };
-        let Some(hit) = hit else {
+        let wants_uv = depth == 0 && context.wants_parameters();
+        let Some(hit) = world.intersect_with(&branch.ray, wants_uv) else {
             context.arrive(depth, Met::Background, radiance);
             radiance += escape(&mut context, &branch);
             continue;

@@ -120,11 +120,11 @@ impl World {
             .intersect(ray, &|input, point| self.textures.float(input, point))
     }
 
-    /// The same with the parameters (u, v) there, whether or not its material asks for them.
-    pub fn intersect_with_parameters(&self, ray: &Ray) -> Option<GeometryHit> {
+    /// The same with the parameters (u, v) there, whether or not its material asks for them, if they are `wanted`.
+    pub fn intersect_with(&self, ray: &Ray, wanted: bool) -> Option<GeometryHit> {
         let alpha = |input: &FloatInput, point: &TexturePoint| self.textures.float(input, point);
         let found = self.geometry.closest(ray, &alpha)?;
-        self.surface_with_parameters(ray, &found)
+        self.surface_with(ray, &found, wanted)
     }
 
     /// What [`World::intersect`] hits along each of the `rays`; `found` has as many places. [`World::surface`] tells the rest.
@@ -136,12 +136,13 @@ impl World {
     /// The surface that this ray has hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
-        self.geometry.surface(ray, found)
+        self.geometry.surface(ray, found, false)
     }
 
-    /// The same with its parameters (u, v), whether or not its material asks for them.
-    pub fn surface_with_parameters(&self, ray: &Ray, found: &ClosestHit) -> Option<GeometryHit> {
-        self.geometry.surface_with_parameters(ray, found)
+    /// The same with its parameters (u, v), whether or not its material asks for them, if they are `wanted`.
+    #[inline]
+    pub fn surface_with(&self, ray: &Ray, found: &ClosestHit, wanted: bool) -> Option<GeometryHit> {
+        self.geometry.surface(ray, found, wanted)
     }
 
     /// The parameters (u, v) of what `ray` has hit, whether or not its material asks for them.

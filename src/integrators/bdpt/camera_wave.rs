@@ -153,10 +153,8 @@ impl<'a> Wave<'a, '_> {
                 let is_asked = is_at_surface || state.context.is_looked_at();
                 let wants_uv = state.context.wants_parameters();
                 let ray = &state.trail.walk.ray;
-                let hit = found.filter(|_| is_asked).and_then(|found| match wants_uv {
-                    true => world.surface_with_parameters(ray, &found),
-                    false => world.surface(ray, &found),
-                });
+                let hit = found.filter(|_| is_asked);
+                let hit = hit.and_then(|found| world.surface_with(ray, &found, wants_uv));
                 state.arrive_at(&met, hit.as_ref())
             });
             self.go_on(path, extended);

@@ -255,11 +255,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
     /// Extends the path by a vertex.
     #[inline(always)]
     fn extend(&mut self) -> Option<()> {
-        let (world, ray) = (self.context.world, &self.trail.ray);
-        let hit = match self.wants_parameters() {
-            true => world.intersect_with_parameters(ray),
-            false => world.intersect(ray),
-        };
+        let (world, wants_uv) = (self.context.world, self.wants_parameters());
+        let hit = world.intersect_with(&self.trail.ray, wants_uv);
         self.arrive_at(hit.as_ref(), |path, hit, bsdf| path.scatter(hit, bsdf))
     }
 

@@ -307,10 +307,8 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         let mut state = self.state(path, (trail, waiting), is_first);
         let world = state.context.world;
         let wants_uv = state.wants_parameters();
-        let hit = found.and_then(|found| match wants_uv {
-            true => world.surface_with_parameters(&state.trail.ray, &found),
-            false => world.surface(&state.trail.ray, &found),
-        });
+        let ray = &state.trail.ray;
+        let hit = found.and_then(|found| world.surface_with(ray, &found, wants_uv));
         if let Some(hit) = &hit
             && !(MEDIA && is_in_media(state.trail, hit.interface))
             && state.trail.depth < state.trail.max_depth

@@ -257,7 +257,7 @@ fn parameters_are_those_of_the_whole_surface() {
             let uv = job.world.surface_parameters(&ray, &found);
             assert_eq!(bits(uv), bits(whole.surface.uv), "{ray:?}");
             // Asked for beside the point, they change nothing of it.
-            let known = job.world.surface_with_parameters(&ray, &found);
+            let known = job.world.surface_with(&ray, &found, true);
             let known = known.expect("a surface").surface;
             let plain = job.world.surface(&ray, &found).expect("a surface").surface;
             assert_eq!(bits(known.uv), bits(uv), "{ray:?}");
