@@ -69,7 +69,7 @@ fn block(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>, out: &mut Bi
         out.put_bytes(data.get(range).unwrap_or_default());
         return;
     }
-    // No literal is longer than its code, nor a length with what follows it than the bytes that it repeats.
+    // Two bytes for each: codes of literals have `LONGEST` bits, and a length takes less than the bytes that it repeats.
     out.make_room(2 * range.len() + OF_CODES);
     out.put(is_last | 2 << 1, 3);
     write_lengths(&lengths, out);

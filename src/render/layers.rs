@@ -41,7 +41,7 @@ impl Shown<'_> {
     }
 }
 
-/// The end of a wave: what its samples show is added to the tile's layers.
+/// The end of a wave: what its samples show is added to the layers of the tile, which has some.
 pub(super) struct Tell<'a> {
     pub shown: (&'a RenderJob, &'a OfAll<'a>),
     pub sampler: &'a Sampler,
@@ -186,7 +186,7 @@ fn traced(
     first_surfaces(&job.world, ray, differentials.as_ref(), stream, wants_uv)
 }
 
-/// How the camera sees at this time what has been met.
+/// How the camera sees at this time what has been met: what [`RenderSpace::depth`] does not tell.
 #[inline(always)]
 fn of_camera((job, all): (&RenderJob, &OfAll), time: f32, found: &FirstSurfaces) -> CameraSample {
     // Not by `map`, whose function is not always inlined.

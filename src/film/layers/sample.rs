@@ -31,7 +31,7 @@ pub struct RenderSpace {
 pub struct CameraSample(pub(super) Vec4);
 
 impl CameraSample {
-    /// See [`super::Layer::Depth`], [`super::Layer::Coc`] and [`super::Layer::Motion`].
+    /// See [`super::Layer::Depth`], [`super::Layer::Coc`] and [`super::Layer::Motion`]. The depth is added to that by [`RenderSpace::depth`]: one of both is 0.
     #[inline(always)]
     pub fn new(depth: f64, coc: f64, motion: Vec2) -> CameraSample {
         CameraSample(Vec4::new(depth as f32, coc as f32, motion.x, motion.y))
