@@ -121,6 +121,9 @@ impl Tile {
             layers.open(pixel, || self.bounds.index(pixel));
             layers.begin_run(weight, mattes, space);
             layers.add_run(samples);
+        } else {
+            // Taken all the same: the caller continues with what is left.
+            samples.for_each(drop);
         }
     }
 

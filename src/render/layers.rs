@@ -41,7 +41,7 @@ impl Shown<'_> {
     }
 }
 
-/// The end of a wave: what its samples show is added to the layers of the tile, which has some.
+/// The end of a wave: what its samples show is added to the tile's layers.
 pub(super) struct Tell<'a> {
     pub shown: (&'a RenderJob, &'a OfAll<'a>),
     pub sampler: &'a Sampler,

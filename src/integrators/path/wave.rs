@@ -243,7 +243,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         if wants_uv {
             bare.find_parameters(vertices.count());
         }
-        // As the compiler does not know, which then checks no index.
+        // There are no more, as the compiler does not know: so no index is checked.
         for i in 0..vertices.count().min(WAVE) {
             let path = vertices.path(i);
             let looks = |sight: &&mut Sight| trails[path].is_seen && sight.is_looking();
