@@ -6,9 +6,6 @@ use super::level::StoredMesh;
 use super::primitive::PrimitiveId;
 use super::search::ClosestHit;
 use super::{Geometry, PrimitiveAttributes, Standing, Thing};
-#[cfg(test)]
-use crate::math::instruction_set::InstructionSet;
-use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::ray::Ray;
 use crate::math::rows::Rows3;
 use crate::math::{DVec3, Vec2};
@@ -105,21 +102,10 @@ impl<const N: usize> BareHits<N> {
         self.things[i]
     }
 
-    /// The parameters (u, v) of a hit, if they have been [found](BareHits::find_parameters) and the mesh has no others.
+    /// The parameters (u, v) of a hit that have been found beside its point; `None` if the mesh has others.
     #[inline(always)]
     pub(crate) fn parameters(&self, i: usize) -> Option<Vec2> {
         self.is_plain[i].then(|| Vec2::new(self.uv[0][i], self.uv[1][i]))
-    }
-
-    /// Finds the first `count` parameters (u, v), as a mesh has them that does not say: see [`Triangle::parameters`].
-    pub(crate) fn find_parameters(&mut self, count: usize) {
-        vectorize::<N, _>(Parameters { hits: self, count });
-    }
-
-    /// The same with these instructions.
-    #[cfg(test)]
-    pub(crate) fn find_parameters_with(&mut self, set: InstructionSet, count: usize) {
-        set.run(Parameters { hits: self, count });
     }
 
     /// What was found.
@@ -154,28 +140,10 @@ impl<const N: usize> BareHits<N> {
         }
     }
 
+    /// Sets the parameters (u, v) of a hit at these barycentric coordinates of the [triangle](BareHits::triangle).
     #[inline(always)]
-    fn compute_parameters(&mut self, i: usize) {
-        let triangle = self.triangle(i, None, Orientation::default());
-        let b = triangle.nearest(self.o.get(i).as_dvec3(), self.d.get(i).as_dvec3());
+    pub(super) fn set_parameters(&mut self, i: usize, triangle: &Triangle, b: [f64; 3]) {
         let uv = triangle.uv_at(b).as_vec2();
         (self.uv[0][i], self.uv[1][i]) = (uv.x, uv.y);
-    }
-}
-
-/// The loop that finds (u, v).
-struct Parameters<'a, const N: usize> {
-    hits: &'a mut BareHits<N>,
-    count: usize,
-}
-
-impl<const N: usize> Kernel for Parameters<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self, _: impl Instructions) {
-        for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
-            self.hits.compute_parameters(i);
-        }
     }
 }

@@ -47,15 +47,18 @@ impl<const N: usize> FlatHits<N> {
         self.side[i] = if turned { -1.0 } else { 1.0 };
     }
 
-    /// Finds the first `count` points, normals and error boxes.
-    pub(crate) fn resolve(&mut self, count: usize) {
-        vectorize::<N, _>(SideBySide { hits: self, count });
+    /// Finds the first `count` points, normals and error boxes, and (u, v) where they are wanted.
+    pub(crate) fn resolve(&mut self, count: usize, wants_uv: bool) {
+        match wants_uv {
+            false => vectorize::<N, _>(SideBySide::<N, false> { hits: self, count }),
+            true => vectorize::<N, _>(SideBySide::<N, true> { hits: self, count }),
+        }
     }
 
-    /// The same with these instructions.
+    /// The same with these instructions, and with (u, v).
     #[cfg(test)]
     pub(crate) fn resolve_with(&mut self, set: InstructionSet, count: usize) {
-        set.run(SideBySide { hits: self, count });
+        set.run(SideBySide::<N, true> { hits: self, count });
     }
 
     /// Position, half-widths of the error box, and unit geometric normal of a hit, and the direction back along its ray.
@@ -72,35 +75,41 @@ impl<const N: usize> FlatHits<N> {
     }
 
     #[inline(always)]
-    fn compute(&mut self, i: usize) {
+    fn compute<const UV: bool>(&mut self, i: usize) {
         let orientation = Orientation {
             flip_geometric: self.side[i] < 0.0,
             flip_shading: false,
         };
         let triangle = self.bare.triangle(i, None, orientation);
         let ray = self.bare.ray(i);
-        let (point, is_grazing) = triangle.crossing(ray.o.as_dvec3(), ray.d.as_dvec3());
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let (point, is_grazing) = triangle.crossing(o, d);
         let hit = point.hit(&ray);
         self.p.set(i, hit.p);
         self.p_error.set(i, hit.p_error);
         self.n.set(i, hit.n);
         self.is_grazing[i] = is_grazing.into();
+        if UV {
+            // As the whole surface has them, whose point is in the triangle for certain.
+            self.bare
+                .set_parameters(i, &triangle, triangle.nearest(o, d));
+        }
     }
 }
 
-/// The loop.
-struct SideBySide<'a, const N: usize> {
+/// The loop. `UV`: with the parameters (u, v), a constant, so that nothing is paid for them without layers.
+struct SideBySide<'a, const N: usize, const UV: bool> {
     hits: &'a mut FlatHits<N>,
     count: usize,
 }
 
-impl<const N: usize> Kernel for SideBySide<'_, N> {
+impl<const N: usize, const UV: bool> Kernel for SideBySide<'_, N, UV> {
     type Output = ();
 
     #[inline(always)]
     fn run(self, _: impl Instructions) {
         for i in 0..self.count.next_multiple_of(WIDEST).min(N) {
-            self.hits.compute(i);
+            self.hits.compute::<UV>(i);
         }
     }
 }

@@ -70,14 +70,22 @@ impl StoredMesh {
         }
     }
 
+    /// Triangle `i` with its normals and its parameters (u, v).
+    #[inline(always)]
+    pub(super) fn parametric_triangle(&self, i: usize) -> Triangle {
+        let corners = self.indices[i];
+        Triangle {
+            uv: (!self.uv.is_empty()).then(|| corners.map(|v| self.uv[v as usize].as_dvec2())),
+            ..self.bare_triangle(i)
+        }
+    }
+
     /// Triangle `i` with its attributes.
     #[inline]
     pub(super) fn triangle(&self, i: usize) -> Triangle {
-        let corners = self.indices[i];
         Triangle {
             tangents: self.at_corners(i, &self.tangents),
-            uv: (!self.uv.is_empty()).then(|| corners.map(|v| self.uv[v as usize].as_dvec2())),
-            ..self.bare_triangle(i)
+            ..self.parametric_triangle(i)
         }
     }
 

@@ -151,6 +151,11 @@ impl TriangleSource for StoredTriangle<'_> {
         self.mesh.bare_triangle(self.i)
     }
 
+    #[inline(always)]
+    fn parametric(&self) -> Triangle {
+        self.mesh.parametric_triangle(self.i)
+    }
+
     #[inline]
     fn whole(&self) -> Triangle {
         self.mesh.triangle(self.i)

@@ -60,7 +60,7 @@ impl<const N: usize> SmoothHits<N> {
         self.sides[1][i] = side(mesh.orientation.flip_shading);
     }
 
-    /// Finds the first `count` points, normals and error boxes.
+    /// Finds the first `count` points, normals and error boxes; and (u, v), of which there is next to nothing left to compute.
     pub(crate) fn resolve(&mut self, count: usize) {
         vectorize::<N, _>(SideBySide { hits: self, count });
     }
@@ -95,8 +95,9 @@ impl<const N: usize> SmoothHits<N> {
         };
         let triangle = self.bare.triangle(i, Some(normals), orientation);
         let ray = self.bare.ray(i);
-        let point = triangle.smooth_point(ray.o.as_dvec3(), ray.d.as_dvec3());
-        let hit = point.hit(&ray);
+        let b = triangle.nearest(ray.o.as_dvec3(), ray.d.as_dvec3());
+        let hit = triangle.local_point(b).hit(&ray);
+        self.bare.set_parameters(i, &triangle, b);
         self.p.set(i, hit.p);
         self.p_error.set(i, hit.p_error);
         self.n.set(i, hit.n);

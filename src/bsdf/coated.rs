@@ -257,7 +257,7 @@ impl<const N: usize> ScattererRows<Coated> for CoatedRows<N> {
     fn turned_normal(&self, i: usize) -> Vec3 {
         // Not in the frame yet.
         let (n, wo) = (self.n.get(i), self.wo.get(i));
-        if n.dot(wo) < 0.0 { -n } else { n }
+        n * 1_f32.copysign(n.dot(wo))
     }
 
     #[inline(always)]

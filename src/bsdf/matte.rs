@@ -147,8 +147,7 @@ impl<const N: usize> ScattererRows<Matte> for MatteRows<N> {
 
     #[inline(always)]
     fn turned_normal(&self, i: usize) -> Vec3 {
-        let n = self.n.get(i);
-        if self.cos_n[i] < 0.0 { -n } else { n }
+        self.n.get(i) * 1_f32.copysign(self.cos_n[i])
     }
 
     #[inline(always)]

@@ -2,6 +2,17 @@
 
 use crate::math::UVec2;
 
+/// Pixels side by side that two rectangles have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SharedRow {
+    /// The first one's [index](PixelBounds::index) in either.
+    pub own: usize,
+    /// In the other rectangle.
+    pub other: usize,
+    /// How many there are.
+    pub pixels: usize,
+}
+
 /// The pixels with `min ≤ (x, y) < max`, raster coordinates: x right, y down, (0, 0) at the top left
 /// of the full image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -69,6 +80,20 @@ impl PixelBounds {
             .flat_map(move |y| (self.min.x..self.max.x).map(move |x| UVec2::new(x, y)))
     }
 
+    /// The pixels that are in both rectangles, from top to bottom.
+    pub(crate) fn shared_rows(self, other: PixelBounds) -> Vec<SharedRow> {
+        let both = self.intersection(other);
+        let row = |y| {
+            let first = UVec2::new(both.min.x, y);
+            Some(SharedRow {
+                own: self.index(first)?,
+                other: other.index(first)?,
+                pixels: both.size().x as usize,
+            })
+        };
+        (both.min.y..both.max.y).filter_map(row).collect()
+    }
+
     /// Square tiles of `side` pixels (at least 1) that cover these pixels exactly once, row by row from the top left;
     /// those at the right and bottom edges may be smaller.
     pub fn tiles(self, side: u32) -> impl Iterator<Item = PixelBounds> {
@@ -89,6 +114,21 @@ mod tests {
 
     fn bounds(x0: u32, y0: u32, x1: u32, y1: u32) -> PixelBounds {
         PixelBounds::new(UVec2::new(x0, y0), UVec2::new(x1, y1))
+    }
+
+    #[test]
+    fn shared_rows_are_the_pixels_of_both() {
+        let (a, b) = (bounds(1, 2, 6, 5), bounds(3, 0, 9, 4));
+        let mut pairs = Vec::new();
+        for row in a.shared_rows(b) {
+            pairs.extend((0..row.pixels).map(|i| (row.own + i, row.other + i)));
+        }
+        let both = a
+            .pixels()
+            .filter_map(|pixel| Some((a.index(pixel)?, b.index(pixel)?)));
+        assert!(both.eq(pairs.iter().copied()) && pairs.len() == 6);
+        assert!(a.shared_rows(bounds(6, 2, 9, 5)).is_empty());
+        assert!(a.shared_rows(bounds(2, 5, 3, 7)).is_empty());
     }
 
     #[test]

@@ -10,8 +10,8 @@ use std::ops::Range;
 /// Bytes of a block: as many as may be stored.
 const BLOCK: usize = u16::MAX as usize;
 
-/// The longest code of a literal or length, in bits: four of them and seven more fit in 64 (RFC 1951 allows 15).
-const LONGEST: usize = 12;
+/// The longest code of a literal or length, in bits: five of them and seven more fit in 63 (RFC 1951 allows 15).
+const LONGEST: usize = 11;
 
 /// Literals, the end of a block and lengths (RFC 1951 §3.2.5).
 const SYMBOLS: usize = 286;
@@ -30,8 +30,15 @@ struct Token {
     repeated: u32,
 }
 
-/// The zlib stream of these bytes, in this memory.
+/// The zlib stream of these bytes, in this memory. Part of a [kernel](crate::math::instruction_set): with BMI2 shifts by the length of a code take fewer
+/// instructions.
+#[inline(always)]
 pub(super) fn zlib<'a>(data: &[u8], memory: &'a mut Vec<u8>) -> &'a [u8] {
+    // Codes of literals have `LONGEST` bits, and a length takes less than the bytes that it repeats.
+    let size = data.len() / 2 * 3 + OF_CODES * (data.len() / BLOCK + 1);
+    if memory.len() < size {
+        *memory = vec![0; size];
+    }
     let mut out = Bits::new(memory);
     // A window of 32 KiB, least effort.
     out.put_bytes(&[0x78, 0x01]);
@@ -47,11 +54,12 @@ pub(super) fn zlib<'a>(data: &[u8], memory: &'a mut Vec<u8>) -> &'a [u8] {
     }
     out.pad();
     out.put_bytes(&simd_adler32::adler32(&data).to_be_bytes());
-    let Bits { bytes, at, .. } = out;
-    bytes.get(..at).unwrap_or_default()
+    let left = out.room.len();
+    memory.get(..memory.len() - left).unwrap_or_default()
 }
 
 /// Writes a block, the last one if it ends where the data does.
+#[inline(always)]
 fn block(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>, out: &mut Bits) {
     tokens.clear();
     find_repeated(data, range.clone(), tokens);
@@ -69,8 +77,6 @@ fn block(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>, out: &mut Bi
         out.put_bytes(data.get(range).unwrap_or_default());
         return;
     }
-    // Two bytes for each: codes of literals have `LONGEST` bits, and a length takes less than the bytes that it repeats.
-    out.make_room(2 * range.len() + OF_CODES);
     out.put(is_last | 2 << 1, 3);
     write_lengths(&lengths, out);
     write_tokens(data, range.start, tokens, &codes(&lengths), out);
@@ -79,11 +85,12 @@ fn block(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>, out: &mut Bi
 /// Returns `true` if there are so many bytes from here on, `at` least 2, and each is as the one before the last.
 #[inline(always)]
 fn repeats<const N: usize>(data: &[u8], at: usize) -> bool {
-    let bytes = |at: usize| data.get(at..)?.first_chunk::<N>();
-    bytes(at).is_some_and(|here| Some(here) == bytes(at - 2))
+    // One range for both, and so one test that they are there.
+    { data.get(at - 2..at + N) }.is_some_and(|both| both[..N] == both[2..])
 }
 
 /// Parts a range into what repeats the byte before the last and the rest: where eight bytes do, at every eighth place.
+#[inline(always)]
 fn find_repeated(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>) {
     let data = data.get(..range.end).unwrap_or_default();
     let (mut from, mut at) = (range.start, range.start.max(2));
@@ -120,56 +127,80 @@ fn find_repeated(data: &[u8], range: Range<usize>, tokens: &mut Vec<Token>) {
     });
 }
 
-/// Calls for each token with its literals.
-#[inline(always)]
-fn for_each<'a>(
+/// Tokens with their literals.
+struct Parts<'a> {
     data: &'a [u8],
-    mut start: usize,
-    tokens: &[Token],
-    mut then: impl FnMut(&'a [u8], u32),
-) {
-    for token in tokens {
-        let end = start + token.literals as usize;
-        then(data.get(start..end).unwrap_or_default(), token.repeated);
-        start = end + token.repeated as usize;
+    start: usize,
+    tokens: std::slice::Iter<'a, Token>,
+}
+
+/// Those of this data, from `start` on.
+#[inline(always)]
+fn parts<'a>(data: &'a [u8], start: usize, tokens: &'a [Token]) -> Parts<'a> {
+    Parts {
+        data,
+        start,
+        tokens: tokens.iter(),
     }
 }
 
-/// How often each symbol is used.
+impl<'a> Iterator for Parts<'a> {
+    type Item = (&'a [u8], u32);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<(&'a [u8], u32)> {
+        let token = self.tokens.next()?;
+        let end = self.start + token.literals as usize;
+        let literals = self.data.get(self.start..end).unwrap_or_default();
+        self.start = end + token.repeated as usize;
+        Some((literals, token.repeated))
+    }
+}
+
+/// How often each symbol is used. Of eight literals four are counted, twice, which makes codes as good in half the time; and one more of each, so that all
+/// have a code.
+#[inline(always)]
 fn counts(data: &[u8], start: usize, tokens: &[Token]) -> [u32; SYMBOLS] {
-    // Four tables: a processor waits where it counts the same twice in a row.
-    let mut tables = [[0; SYMBOLS]; 4];
-    for_each(data, start, tokens, |literals, repeated| {
-        let (fours, rest) = literals.as_chunks::<4>();
-        for four in fours {
-            for (table, &byte) in tables.iter_mut().zip(four) {
-                table[usize::from(byte)] += 1;
+    // Two tables: a processor waits where it counts the same twice in a row.
+    let mut tables = [[0; SYMBOLS]; 2];
+    for (literals, repeated) in parts(data, start, tokens) {
+        let (eights, rest) = literals.as_chunks::<8>();
+        for eight in eights {
+            for (i, &byte) in eight.iter().take(4).enumerate() {
+                tables[i % 2][usize::from(byte)] += 2;
             }
         }
         for &byte in rest {
             tables[0][usize::from(byte)] += 1;
         }
-        for_each_length(repeated, |length| tables[0][symbol(length).0] += 1);
-    });
-    let [mut counts, others @ ..] = tables;
-    for (i, count) in counts.iter_mut().enumerate() {
-        *count += others.iter().map(|table| table[i]).sum::<u32>();
+        for length in Lengths(repeated) {
+            tables[0][symbol(length).0] += 1;
+        }
+    }
+    let [mut counts, others] = tables;
+    for (i, (count, other)) in counts.iter_mut().zip(others).enumerate() {
+        *count += other + u32::from(i < END);
     }
     counts[END] = 1;
     counts
 }
 
 /// Parts a number of repeated bytes into lengths of 3 to 258.
-#[inline(always)]
-fn for_each_length(mut repeated: u32, mut then: impl FnMut(u32)) {
-    while repeated > 0 {
-        let length = match repeated {
+struct Lengths(u32);
+
+impl Iterator for Lengths {
+    type Item = u32;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<u32> {
+        let length = match self.0 {
+            0 => return None,
             // One or two would be left.
-            259 | 260 => repeated - 3,
-            _ => repeated.min(MAX_LENGTH),
+            259 | 260 => self.0 - 3,
+            left => left.min(MAX_LENGTH),
         };
-        then(length);
-        repeated -= length;
+        self.0 -= length;
+        Some(length)
     }
 }
 
@@ -188,17 +219,23 @@ fn symbol(length: u32) -> (usize, (u32, u32)) {
     }
 }
 
-fn write_tokens(
+#[inline(always)]
+fn write_tokens<'a>(
     data: &[u8],
     start: usize,
     tokens: &[Token],
     codes: &[Code; SYMBOLS],
-    out: &mut Bits,
+    bits: &mut Bits<'a>,
 ) {
-    for_each(data, start, tokens, |literals, repeated| {
-        let (fours, rest) = literals.as_chunks::<4>();
-        for four in fours {
-            for &byte in four {
+    // In the processor's registers.
+    let mut out = Bits::<'a> {
+        room: std::mem::take(&mut bits.room),
+        ..*bits
+    };
+    for (literals, repeated) in parts(data, start, tokens) {
+        let (fives, rest) = literals.as_chunks::<5>();
+        for five in fives {
+            for &byte in five {
                 out.put_code(codes[usize::from(byte)]);
             }
             out.flush();
@@ -207,17 +244,18 @@ fn write_tokens(
             out.put_code(codes[usize::from(byte)]);
         }
         out.flush();
-        for_each_length(repeated, |length| {
+        for length in Lengths(repeated) {
             let (symbol, (bits, count)) = symbol(length);
             out.put_code(codes[symbol]);
             out.put(bits, count);
             // The only distance: 2.
             out.put(0, 1);
             out.flush();
-        });
-    });
+        }
+    }
     out.put_code(codes[END]);
     out.flush();
+    *bits = out;
 }
 
 /// Writes the lengths of the codes, in Huffman codes themselves (RFC 1951 §3.2.7).
@@ -360,42 +398,38 @@ fn codes<const N: usize>(lengths: &[u8; N]) -> [Code; N] {
     })
 }
 
-/// Bytes, in memory that has been used before, and bits that do not make one yet.
+/// Room for bytes that are to be written, and bits that do not make one yet.
 struct Bits<'a> {
-    bytes: &'a mut Vec<u8>,
-    /// How many bytes are written.
-    at: usize,
+    room: &'a mut [u8],
     buffer: u64,
     count: u32,
 }
 
 impl Bits<'_> {
-    fn new(bytes: &mut Vec<u8>) -> Bits<'_> {
+    fn new(room: &mut [u8]) -> Bits<'_> {
         Bits {
-            bytes,
-            at: 0,
+            room,
             buffer: 0,
             count: 0,
         }
     }
 
-    /// Has room for so many bytes more.
-    fn make_room(&mut self, more: usize) {
-        if self.bytes.len() < self.at + more {
-            self.bytes.resize(self.at + more, 0);
-        }
-    }
-
     /// Writes bytes, where no bits wait.
     fn put_bytes(&mut self, bytes: &[u8]) {
-        self.make_room(bytes.len());
-        if let Some(room) = self.bytes.get_mut(self.at..self.at + bytes.len()) {
+        if let Some(room) = self.room.get_mut(..bytes.len()) {
             room.copy_from_slice(bytes);
-            self.at += bytes.len();
+            self.skip(bytes.len());
         }
     }
 
-    /// So many bits. With those that wait, there must be no more than 64.
+    /// So many bytes are written.
+    #[inline(always)]
+    fn skip(&mut self, count: usize) {
+        let room = std::mem::take(&mut self.room);
+        self.room = room.get_mut(count..).unwrap_or_default();
+    }
+
+    /// So many bits. With those that wait, there must be fewer than 64.
     #[inline(always)]
     fn put(&mut self, bits: u32, count: u32) {
         self.buffer |= u64::from(bits) << self.count;
@@ -407,20 +441,20 @@ impl Bits<'_> {
         self.put(code.bits.into(), code.length.into());
     }
 
-    /// Writes all whole bytes: there must be [room](Bits::make_room) for eight.
+    /// Writes all whole bytes, where there is room for eight.
     #[inline(always)]
     fn flush(&mut self) {
-        if let Some(room) = self.bytes.get_mut(self.at..self.at + 8) {
-            room.copy_from_slice(&self.buffer.to_le_bytes());
+        if let Some(room) = self.room.first_chunk_mut() {
+            *room = self.buffer.to_le_bytes();
+            // Never all eight of them.
+            self.skip((self.count / 8 % 8) as usize);
         }
-        self.at += (self.count / 8) as usize;
-        self.buffer = self.buffer.unbounded_shr(self.count / 8 * 8);
+        self.buffer = self.buffer.wrapping_shr(self.count & !7);
         self.count %= 8;
     }
 
     /// Writes all, up to a whole byte.
     fn pad(&mut self) {
-        self.make_room(8);
         self.count = self.count.next_multiple_of(8);
         self.flush();
     }

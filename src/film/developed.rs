@@ -94,8 +94,7 @@ impl Developed {
             bounds: own,
             ..
         } = &mut self.image;
-        let places: Vec<_> = bounds.pixels().map(|pixel| own.index(pixel)).collect();
-        layers.develop(sums, &places, self.scale);
+        layers.develop(sums, &bounds.shared_rows(*own), self.scale);
     }
 
     /// Sets a pixel: mean × film scale, negative channels clamped to 0 as in pbrt-v3's film (docs/scene-language.md §4.1). The

@@ -54,6 +54,7 @@ mod zip_block;
 mod tests;
 
 pub use bounds::PixelBounds;
+pub(crate) use bounds::SharedRow;
 pub use developed::{Developed, Kept};
 pub use encoding::Encoding;
 pub use image::Image;
@@ -163,9 +164,8 @@ impl Film {
         }
         if let (Some(own), Some(more)) = (&mut self.layers, tile.layers()) {
             let bounds = tile.bounds();
-            own.merge(more, bounds.area(), |number| {
-                self.bounds.index(bounds.pixel(number)?)
-            });
+            let place = |number: usize| self.bounds.index(bounds.pixel(number)?);
+            own.merge(more, &bounds.shared_rows(self.bounds), place);
         }
         self.dropped = self.dropped.saturating_add(tile.dropped());
         self.first_dropped = DroppedSample::first(self.first_dropped, tile.first_dropped());

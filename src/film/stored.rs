@@ -18,12 +18,9 @@ impl Tile {
         }
         let layers = self.layers().map_or(&[][..], |layers| &layers.sums);
         out.extend(layers.iter().flat_map(|sum| sum.to_le_bytes()));
-        let mattes = self.layers().into_iter().flat_map(|layers| &layers.mattes);
-        out.extend(
-            mattes
-                .flat_map(Coverage::to_words)
-                .flat_map(u64::to_le_bytes),
-        );
+        let mattes = self.layers().into_iter();
+        let words = mattes.flat_map(|layers| layers.coverage.to_words());
+        out.extend(words.flat_map(u64::to_le_bytes));
     }
 
     /// This empty tile with the contents at the start of `bytes`, which are taken away; `None` if they are too short.
@@ -47,12 +44,11 @@ impl Tile {
             *pixel = PixelStatistics::from_words(words);
         }
         if let Some(layers) = &mut self.layers {
+            layers.close();
             for sum in &mut layers.pixels.sums {
                 *sum = f64::from_bits(word()?);
             }
-            for coverage in &mut layers.pixels.mattes {
-                *coverage = Coverage::from_words(&mut word)?;
-            }
+            layers.pixels.coverage = Coverage::from_words(&mut word)?;
         }
         Some(self)
     }

@@ -109,21 +109,19 @@ impl Tile {
     }
 
     /// Adds samples of a pixel that have met the same with this weight, and bring no light to layers of their own: its mattes, and where its points are.
+    /// Each with what the camera tells of it, where it tells anything.
     #[inline(always)]
     pub fn add_run_of_layers<'a>(
         &mut self,
         pixel: UVec2,
         weight: f32,
         (mattes, space): ([MatteId; 2], &RenderSpace),
-        samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
+        samples: impl Iterator<Item = (&'a SurfaceSample, Option<CameraSample>)>,
     ) {
         if let Some(layers) = &mut self.layers {
             layers.open(pixel, || self.bounds.index(pixel));
             layers.begin_run(weight, mattes, space);
             layers.add_run(samples);
-        } else {
-            // Taken all the same: the caller continues with what is left.
-            samples.for_each(drop);
         }
     }
 

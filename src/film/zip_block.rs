@@ -4,16 +4,32 @@
 //! (`docs/notes/performance.md`, "EXR blocks"): with ten of them and 8 samples a pixel that would be a quarter of a render's time.
 
 use super::deflate;
+use crate::math::instruction_set::{Instructions, Kernel, vectorize};
 
 /// Compresses pixels whose numbers are little-endian: their bytes of even and of odd places apart, of these the differences,
 /// of these a zlib stream (OpenEXR, "File Layout", section on compression; `ImfZip.cpp` of the reference implementation). What does
 /// not become shorter is stored as it is, by which readers know it.
 pub(super) fn compress(plain: &[u8], memory: &mut Memory) -> Vec<u8> {
-    pack(plain, &mut memory.packed);
-    let zipped = deflate::zlib(&memory.packed, &mut memory.zipped);
-    match zipped.len() < plain.len() {
-        true => zipped.to_vec(),
-        false => plain.to_vec(),
+    vectorize::<{ size_of::<u128>() }, _>(Compress { plain, memory })
+}
+
+struct Compress<'a> {
+    plain: &'a [u8],
+    memory: &'a mut Memory,
+}
+
+impl Kernel for Compress<'_> {
+    type Output = Vec<u8>;
+
+    #[inline(always)]
+    fn run(self, _: impl Instructions) -> Vec<u8> {
+        let Memory { packed, zipped } = self.memory;
+        pack(self.plain, packed);
+        let zipped = deflate::zlib(packed, zipped);
+        match zipped.len() < self.plain.len() {
+            true => zipped.to_vec(),
+            false => self.plain.to_vec(),
+        }
     }
 }
 
@@ -25,6 +41,7 @@ pub(super) struct Memory {
 }
 
 /// The bytes of even places, then those of odd places; each but the first less the one before it, plus 128.
+#[inline(always)]
 fn pack(plain: &[u8], packed: &mut Vec<u8>) {
     packed.resize(plain.len(), 0);
     let (pairs, rest) = plain.as_chunks::<2>();

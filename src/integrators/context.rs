@@ -140,7 +140,7 @@ impl Context<'_> {
     #[inline(always)]
     pub(super) fn part(&mut self, from: Option<LightId>, light: Rgb) {
         if let Some(watch) = &mut self.watch {
-            watch.part(self.world.light_layer(from), light);
+            watch.part(|| self.world.light_layer(from), light);
         }
     }
 
@@ -148,7 +148,7 @@ impl Context<'_> {
     #[inline(always)]
     pub(super) fn part_of_layer(&mut self, layer: LightLayer, light: Rgb) {
         if let Some(watch) = &mut self.watch {
-            watch.part(layer, light);
+            watch.part(|| layer, light);
         }
     }
 

@@ -36,29 +36,31 @@ pub struct FirstSurfaces {
 #[derive(Debug)]
 pub struct Sight {
     state: State,
-    /// Nothing has been met.
-    is_empty: bool,
     pub(super) wants_uv: bool,
+    /// Perfectly specular surfaces so far, and what they pass on, if there are any.
     specular: u32,
     share: Rgb,
     first: FirstSurfaces,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
 enum State {
-    /// Along the ray, from the camera or a specular surface.
+    /// Along the ray from the camera: nothing has been met.
     Looking,
+    /// Along the ray from a specular surface.
+    LookingOn,
     /// At the last surface, whose albedo the direction tells that the path samples.
     AtLast,
     /// All is known.
     Done,
+    /// It is known that nothing is met.
+    Empty,
 }
 
 impl Default for Sight {
     fn default() -> Sight {
         Sight {
             state: State::Looking,
-            is_empty: true,
             wants_uv: false,
             specular: 0,
             share: Rgb::ONE,
@@ -165,8 +167,7 @@ impl Sight {
         reflectance: Option<Rgb>,
     ) {
         let first = &mut self.first;
-        if self.is_empty {
-            self.is_empty = false;
+        if self.state == State::Looking {
             first.thing = thing;
             first.moving = None;
             first.surface.set_p(p);
@@ -174,8 +175,14 @@ impl Sight {
         }
         first.surface.set_normal(normal);
         self.state = State::AtLast;
-        if let Some(reflectance) = reflectance {
-            self.stay(reflectance);
+        match reflectance {
+            // Its numbers are known to be finite.
+            Some(reflectance) if self.specular == 0 => {
+                first.surface.set_albedo(reflectance);
+                self.state = State::Done;
+            }
+            Some(reflectance) => self.stay(reflectance),
+            None => {}
         }
     }
 
@@ -190,13 +197,13 @@ impl Sight {
     /// Nothing is known yet of the first surface that is not perfectly specular.
     #[inline(always)]
     pub(super) fn is_looking(&self) -> bool {
-        self.state == State::Looking
+        self.state <= State::LookingOn
     }
 
     /// (u, v) of the first surface are wanted, and not known yet.
     #[inline(always)]
     pub(super) fn wants_parameters(&self) -> bool {
-        self.is_empty && self.wants_uv
+        self.state == State::Looking && self.wants_uv
     }
 
     /// What a ray meets, with what is asked of it.
@@ -208,19 +215,17 @@ impl Sight {
     /// All is known.
     #[inline(always)]
     pub(super) fn is_done(&self) -> bool {
-        self.state == State::Done
+        self.state >= State::Done
     }
 
     /// Notes the first surface, which may be this one.
     #[inline(always)]
     fn find(&mut self, world: &World, ray: &Ray, hit: &GeometryHit) {
-        if !self.is_empty {
+        if self.state != State::Looking {
             return;
         }
-        self.is_empty = false;
+        self.state = State::LookingOn;
         let (point, found, first) = (&hit.surface, &hit.found, &mut self.first);
-        // Without what the last path has left.
-        first.surface = SurfaceSample::default();
         first.surface.set_p(point.p);
         // Where the path has not asked for them, they are not known.
         let is_bare = point.dpdu == Vec3::ZERO && point.uv == Vec2::ZERO;
@@ -231,7 +236,7 @@ impl Sight {
         });
         first.thing = Thing::new(hit.material, world.geometry.standing(hit));
         let moves = world.moves() && world.geometry.moves_there(found);
-        first.moving = moves.then_some(*found);
+        first.moving = if moves { Some(*found) } else { None };
     }
 
     /// Looks no further.
@@ -242,6 +247,7 @@ impl Sight {
             _ => self.share * albedo,
         };
         self.first.surface.set_albedo(share);
+        self.first.surface.make_finite();
         self.state = State::Done;
     }
 
@@ -251,18 +257,28 @@ impl Sight {
             Sight::weight(bsdf.shading_normal(), sample)
         });
         match self.state {
-            State::Looking => self.pass_through(sample.map(|_| weight)),
+            State::Looking | State::LookingOn => self.pass_through(sample.map(|_| weight)),
             _ => self.pass_on(Some(weight)),
         }
     }
 
     /// A perfectly specular surface passes on so much, or nothing.
     fn pass_through(&mut self, weight: Option<Rgb>) {
-        self.share *= weight.unwrap_or(Rgb::ZERO);
+        let share = weight.unwrap_or(Rgb::ZERO);
+        self.share = match self.specular {
+            0 => share,
+            _ => self.share * share,
+        };
         self.specular += 1;
         if weight.is_none() || self.specular > MAX_SPECULAR {
-            self.state = State::Done;
+            self.stop();
         }
+    }
+
+    /// No surface is found that is not perfectly specular.
+    fn stop(&mut self) {
+        self.first.surface.make_black();
+        self.state = State::Done;
     }
 
     /// What a sampled direction passes on where the normal is `n`, if reflectances are not scaled between media as radiance is.
@@ -279,27 +295,33 @@ impl Sight {
 
     /// There is nothing more.
     pub(super) fn escape(&mut self) {
-        if self.state == State::Looking {
-            self.state = State::Done;
+        match self.state {
+            State::Looking => self.state = State::Empty,
+            State::LookingOn => self.stop(),
+            _ => {}
         }
     }
 
     /// What has been met, nothing perhaps; `None` if the path has not told it.
     #[inline(always)]
     pub fn known(&self) -> Option<Option<&FirstSurfaces>> {
-        (self.state == State::Done).then_some(self.seen())
+        match self.state {
+            State::Done => Some(Some(&self.first)),
+            State::Empty => Some(None),
+            _ => None,
+        }
     }
 
+    /// What has been met, if anything has.
     #[inline(always)]
-    fn seen(&self) -> Option<&FirstSurfaces> {
-        (!self.is_empty).then_some(&self.first)
+    pub(super) fn first(&self) -> &FirstSurfaces {
+        &self.first
     }
 
     /// Looks at another path, and where `wants_uv` is `true` asks for (u, v) of what it meets.
     #[inline(always)]
     pub(super) fn restart(&mut self, wants_uv: bool) {
-        (self.state, self.is_empty, self.wants_uv) = (State::Looking, true, wants_uv);
-        (self.share, self.specular) = (Rgb::ONE, 0);
+        (self.state, self.wants_uv, self.specular) = (State::Looking, wants_uv, 0);
     }
 }
 
@@ -312,7 +334,7 @@ fn parameters(world: &World, ray: &Ray, found: &ClosestHit) -> Vec2 {
 
 /// A normal, turned to where the ray came from.
 fn turned(n: Vec3, wo: Vec3) -> Vec3 {
-    if n.dot(wo) < 0.0 { -n } else { n }
+    n * 1_f32.copysign(n.dot(wo))
 }
 
 /// The direction in which a path continues that samples no light here.
@@ -400,5 +422,6 @@ pub fn first_surfaces(
     };
     let hit = sight.intersect(world, ray);
     sight.follow(world, (ray, hit.as_ref()), differentials, &stream);
-    sight.seen().copied()
+    let is_empty = matches!(sight.state, State::Looking | State::Empty);
+    (!is_empty).then_some(sight.first)
 }

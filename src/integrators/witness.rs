@@ -59,13 +59,23 @@ impl Watch {
         }
     }
 
-    /// What the path has met, if it has told all of it and its light is not wanted by layers.
+    /// What the path has met, if it has met anything and has told all of it.
     #[inline(always)]
     pub fn found(&self) -> Option<&FirstSurfaces> {
-        match self.parts {
-            None => self.sight.as_ref()?.known()?,
-            Some(_) => None,
-        }
+        self.sight.as_ref()?.known()?
+    }
+
+    /// Returns `true` if it is known that the path has met nothing.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        let known = self.sight.as_ref().and_then(Sight::known);
+        known.is_some_and(|found| found.is_none())
+    }
+
+    /// What the path, of which that is known, has met.
+    #[inline(always)]
+    pub fn first(&self) -> Option<&FirstSurfaces> {
+        self.sight.as_ref().map(Sight::first)
     }
 
     /// Counts, where that is asked for.
@@ -105,11 +115,11 @@ impl Watch {
         }
     }
 
-    /// The path brings light of this layer.
+    /// The path brings light of this layer, which is asked for only if layers of light are wanted.
     #[inline(always)]
-    pub(super) fn part(&mut self, from: LightLayer, light: Rgb) {
+    pub(super) fn part(&mut self, from: impl FnOnce() -> LightLayer, light: Rgb) {
         if let Some(parts) = &mut self.parts {
-            parts.add(from, light);
+            parts.add(from(), light);
         }
     }
 

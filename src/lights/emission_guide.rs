@@ -8,6 +8,7 @@
 use super::emission::{Emission, EmissionDensity, SceneSphere};
 use super::kinds::Light;
 use crate::math::adaptive_density::{AdaptiveDensity, Sampled};
+use crate::math::angle::turns;
 use crate::math::sampling::BELOW_ONE;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -134,7 +135,7 @@ impl EmissionGuide {
 pub fn place_of_ray(light: &Light, scene: &SceneSphere, p: Vec3, d: Vec3) -> Vec2 {
     let at = match light.is_at_infinity() {
         true => 0.5 * scene.across(d, p) + 0.5,
-        false => Vec2::new(0.5 * d.z + 0.5, super::turns(d.x, d.y)),
+        false => Vec2::new(0.5 * d.z + 0.5, turns(d.x, d.y)),
     };
     at.clamp(Vec2::ZERO, Vec2::splat(BELOW_ONE))
 }

@@ -9,6 +9,7 @@
 use super::emission::{Directions, Emission, EmissionDensity, SceneSphere};
 use super::map_density::{Cell, MapDensity};
 use super::{LightBounds, LightMap, LightSample, LightType, sample_point, strength};
+use crate::math::angle::turns;
 use crate::math::sampling::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use crate::math::transform::Transform;
 use crate::math::{DVec3, Rgb, Vec2, Vec3};
@@ -79,7 +80,7 @@ impl GoniometricLight {
     /// Where the direction `w` away from the light is in the image.
     fn coordinates(&self, w: Vec3) -> Vec2 {
         let w = self.light_from_render * w;
-        Vec2::new(super::turns(w.x, w.z), w.x.hypot(w.z).atan2(w.y) / PI)
+        Vec2::new(turns(w.x, w.z), w.x.hypot(w.z).atan2(w.y) / PI)
     }
 
     /// Density per solid angle with which the unit direction `d` is chosen.

@@ -10,6 +10,7 @@ use super::environment_map::EnvironmentMap;
 use super::sample_count::sample_count;
 use super::sky_density::Receiver;
 use super::{LightBounds, LightMap, LightSample, LightType, strength};
+use crate::math::angle::turns;
 use crate::math::float::is_positive;
 use crate::math::frame::Frame;
 use crate::math::sampling::{
@@ -238,7 +239,7 @@ impl PlacedMap {
         let w = self.light_from_render * d;
         // No lengths that could overflow: the matrix has volume 1.
         let across = (w.x * w.x + w.y * w.y).sqrt();
-        let uv = Vec2::new(super::turns(w.x, w.y), across.atan2(w.z) / PI);
+        let uv = Vec2::new(turns(w.x, w.y), across.atan2(w.z) / PI);
         (uv, across / w.length())
     }
 

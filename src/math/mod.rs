@@ -4,6 +4,7 @@
 //! the instruction set it was compiled for.
 
 pub mod adaptive_density;
+pub(crate) mod angle;
 pub mod cie;
 pub mod color;
 pub mod distribution;

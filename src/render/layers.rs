@@ -1,13 +1,12 @@
 //! What a camera sample tells the image's layers.
 
 use super::{OfAll, PendingSample, RenderJob};
-use crate::accel::Thing;
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
 use crate::film::{CameraSample, Layer, LayerSample, LayerSet, RenderSpace, SurfaceSample, Tile};
 use crate::integrators::witness::Watch;
 use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
 use crate::math::instruction_set::{Instructions, Kernel};
-use crate::math::{DVec3, Rgb, UVec2, Vec2, Vec3};
+use crate::math::{DVec3, Rgb, Vec2};
 use crate::samplers::{SampleStream, Sampler};
 use arrayvec::ArrayVec;
 
@@ -39,6 +38,11 @@ impl Shown<'_> {
             motion: job.motion_times,
         }
     }
+
+    /// Returns `true` if there is nothing that each sample has to tell of how the camera sees it.
+    fn is_still(&self) -> bool {
+        self.depths.is_none() && self.motion.is_none()
+    }
 }
 
 /// The end of a wave: what its samples show is added to the tile's layers.
@@ -59,71 +63,93 @@ impl Kernel for Tell<'_> {
     #[inline(always)]
     fn run(self, _: impl Instructions) {
         let ((job, all), tile) = (self.shown, self.tile);
-        let (waiting, rays) = self.samples;
-        let mut rest = waiting.iter().zip(rays).zip(self.looks);
-        let mut path = 0;
-        while let Some(next) = rest.clone().next() {
-            let ((waiting, ray), watch) = next;
-            let (pixel, weight) = (waiting.pixel, waiting.filter_weight);
-            if let Some((_, found)) = plainly_found(all, next) {
-                let what = (job.mattes.of(found.thing), &all.shown.space);
-                let run = Run {
-                    shown: self.shown,
-                    like: (pixel, weight.to_bits(), found.thing),
-                    rest: &mut rest,
-                    path: &mut path,
-                };
-                tile.add_run_of_layers(pixel, weight, what, run);
+        let (mut waiting, mut rays) = self.samples;
+        let (mut looks, mut radiances) = (self.looks, self.radiances);
+        let may_be_plain = all.shown.surfaces && tile.lights() == 0;
+        while let ([next, ..], [ray, ..], [watch, ..]) = (waiting, rays, looks) {
+            let plain = if may_be_plain {
+                alike(waiting, looks)
             } else {
-                rest.next();
-                let radiance = self.radiances.get(path).copied().unwrap_or_default();
+                None
+            };
+            let (count, paths) = if let Some((found, count)) = plain {
+                let what = (job.mattes.of(found.thing), &all.shown.space);
+                let (pixel, weight) = (next.pixel, next.filter_weight);
+                let rays = rays.get(..count).unwrap_or_default();
+                let samples = looks.get(..count).unwrap_or_default().iter().zip(rays);
+                match all.shown.is_still() {
+                    true => tile.add_run_of_layers(pixel, weight, what, Still(samples)),
+                    false => {
+                        let shown = self.shown;
+                        tile.add_run_of_layers(pixel, weight, what, Moving { shown, samples });
+                    }
+                }
+                (count, count)
+            } else if may_be_plain && (ray.is_none() || watch.is_empty()) {
+                let nothing = ray.is_some().then_some(None);
+                tile.add_layers(next.pixel, next.filter_weight, nothing, &[]);
+                (1, usize::from(ray.is_some()))
+            } else {
+                let radiance = radiances.first().copied().unwrap_or_default();
                 let sample = (ray.as_ref(), radiance);
-                add(self.shown, waiting, sample, (self.sampler, watch), tile);
-                path += usize::from(ray.is_some());
-            }
+                add(self.shown, next, sample, (self.sampler, watch), tile);
+                (1, usize::from(ray.is_some()))
+            };
+            waiting = waiting.get(count..).unwrap_or_default();
+            rays = rays.get(count..).unwrap_or_default();
+            looks = looks.get(count..).unwrap_or_default();
+            radiances = radiances.get(paths..).unwrap_or_default();
         }
     }
 }
 
-/// The next samples, as long as they are of a pixel, have this weight and have plainly met this.
-struct Run<'a, 'r, I> {
-    shown: (&'a RenderJob, &'a OfAll<'a>),
-    like: (UVec2, u32, Thing),
-    rest: &'r mut I,
-    /// How many of all samples before have a path.
-    path: &'r mut usize,
-}
+/// Samples of which the camera tells nothing more.
+struct Still<I>(I);
 
-impl<'a, I: Iterator<Item = Looked<'a>> + Clone> Iterator for Run<'a, '_, I> {
-    type Item = (&'a SurfaceSample, CameraSample);
+impl<'a, I: Iterator<Item = Looked<'a>>> Iterator for Still<I> {
+    type Item = (&'a SurfaceSample, Option<CameraSample>);
 
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Item> {
-        let next = self.rest.clone().next()?;
-        let ((waiting, _), _) = next;
-        let (ray, found) = plainly_found(self.shown.1, next)?;
-        if (waiting.pixel, waiting.filter_weight.to_bits(), found.thing) != self.like {
-            return None;
-        }
-        self.rest.next();
-        *self.path += 1;
-        let camera = of_camera(self.shown, ray.ray.time, found);
-        Some((&found.surface, camera))
+        let (watch, _) = self.0.next()?;
+        Some((&watch.first()?.surface, None))
     }
 }
 
-/// A sample with its ray and what has looked at its path.
-type Looked<'a> = ((&'a PendingSample, &'a Option<CameraRay>), &'a Watch);
+/// Samples of which it does. Not a closure, which is not always inlined.
+struct Moving<'a, I> {
+    shown: (&'a RenderJob, &'a OfAll<'a>),
+    samples: I,
+}
 
-/// What is to be told of a sample, where it is only what a path has met: most are of this kind.
+impl<'a, I: Iterator<Item = Looked<'a>>> Iterator for Moving<'a, I> {
+    type Item = (&'a SurfaceSample, Option<CameraSample>);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let (watch, ray) = self.samples.next()?;
+        let (found, ray) = (watch.first()?, ray.as_ref()?);
+        let camera = of_camera(self.shown, ray.ray.time, found);
+        Some((&found.surface, Some(camera)))
+    }
+}
+
+/// What has looked at a sample's path, and its ray.
+type Looked<'a> = (&'a Watch, &'a Option<CameraRay>);
+
+/// What the next sample's path has met, where it has told all, and how many samples from there on are of the same pixel, of the same weight and have met
+/// the same: most are of this kind. All of them have a ray.
 #[inline(always)]
-fn plainly_found<'a>(
-    all: &OfAll,
-    ((_, ray), watch): Looked<'a>,
-) -> Option<(&'a CameraRay, &'a FirstSurfaces)> {
-    let (ray, found) = (ray.as_ref()?, watch.found()?);
-    let is_plain = all.shown.surfaces && found.surface.is_finite();
-    is_plain.then_some((ray, found))
+fn alike<'a>(waiting: &[PendingSample], looks: &'a [Watch]) -> Option<(&'a FirstSurfaces, usize)> {
+    let (first, found) = (waiting.first()?, looks.first()?.found()?);
+    let is_alike = |(next, watch): &(&PendingSample, &Watch)| {
+        { watch.found() }.is_some_and(|other| other.thing == found.thing)
+            && next.pixel == first.pixel
+            && next.filter_weight == first.filter_weight
+    };
+    let count = waiting.iter().zip(looks).take_while(is_alike).count();
+    // The first one is like itself, whatever its weight.
+    Some((found, count.max(1)))
 }
 
 /// Adds to the layers of `tile` what a sample of `sampler` shows, whose path has brought this `radiance` while `watch` looked at it; without a
@@ -149,7 +175,6 @@ pub(super) fn add(
         }
         _ => None,
     };
-    let found = found.map(finite);
     let sample = ray.map(|ray| {
         found.as_ref().map(|found| LayerSample {
             surface: &found.surface,
@@ -199,15 +224,6 @@ fn of_camera((job, all): (&RenderJob, &OfAll), time: f32, found: &FirstSurfaces)
         None => Vec2::ZERO,
     };
     CameraSample::new(at.depth, at.coc, motion)
-}
-
-/// With albedo and normal black where they are not numbers: one sample would spoil its pixel.
-fn finite(mut found: FirstSurfaces) -> FirstSurfaces {
-    if !found.surface.is_finite() {
-        found.surface.set_albedo(Rgb::ZERO);
-        found.surface.set_normal(Vec3::ZERO);
-    }
-    found
 }
 
 /// See [`Layer::Motion`], of what is met at this time; none where the camera does not see both ends of the way.

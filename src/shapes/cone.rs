@@ -11,7 +11,7 @@
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, Swept, azimuth, roots};
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
 
 /// See the module.
@@ -75,6 +75,10 @@ impl ObjectSurface for Cone {
         roots
             .map(|t| (t, self.onto_surface(o + d * t)))
             .find(|&(t, p)| t > 0.0 && self.swept.contains(p))
+    }
+
+    fn uv(&self, p: DVec3) -> Vec2 {
+        self.swept.rounded_uv(p)
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

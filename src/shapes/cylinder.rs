@@ -11,7 +11,7 @@
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, Swept, roots};
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
 
 /// See the module.
@@ -62,6 +62,10 @@ impl ObjectSurface for Cylinder {
         let (t, p) = met.find(|&(_, p)| self.swept.contains(p))?;
         let across = p.truncate();
         Some((t, (across * (r / across.length())).extend(p.z)))
+    }
+
+    fn uv(&self, p: DVec3) -> Vec2 {
+        self.swept.rounded_uv(p)
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

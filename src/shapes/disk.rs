@@ -12,7 +12,7 @@
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, Swept, outward};
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
 
 /// See the module.
@@ -66,6 +66,11 @@ impl ObjectSurface for Disk {
             && rho2 >= self.inner_radius * self.inner_radius
             && self.swept.contains(p);
         inside.then_some((t, p))
+    }
+
+    fn uv(&self, p: DVec3) -> Vec2 {
+        let v = (self.radius - p.truncate().length()) / (self.radius - self.inner_radius);
+        Vec2::new(self.swept.rounded_uv(p).x, v as f32)
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

@@ -3,7 +3,7 @@
 use super::quadric::{ObjectPoint, ObjectSurface, ShadingFrame};
 use super::site::{ShapeType, Site};
 use super::*;
-use crate::math::DVec2;
+use crate::math::{DVec2, Vec2};
 use std::path::Path;
 
 macro_rules! shape_types {
@@ -74,7 +74,7 @@ macro_rules! shape_types {
                 match self { $(Form::$Quadric(shape) => shape.normal(p),)* }
             }
 
-            fn uv(&self, p: DVec3) -> DVec2 {
+            fn uv(&self, p: DVec3) -> Vec2 {
                 match self { $(Form::$Quadric(shape) => shape.uv(p),)* }
             }
 

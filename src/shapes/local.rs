@@ -45,7 +45,7 @@ pub struct LocalSurface {
     pub face: u32,
 }
 
-/// A point of a surface with its normals and its parameters (u, v).
+/// A point of a surface with its normals and its parameters (u, v), for layers: those of quadrics are [rounded](super::quadric::ObjectSurface::uv).
 #[derive(Clone, Copy, Debug)]
 pub struct ParametricPoint {
     /// The point.
@@ -54,7 +54,7 @@ pub struct ParametricPoint {
     pub uv: Vec2,
 }
 
-/// The parameters (u, v) of a surface point, alone.
+/// The parameters (u, v) of a surface point, alone; the same.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters(pub Vec2);
 
@@ -78,6 +78,8 @@ pub trait LocalHit: Local {
 pub trait TriangleSource {
     /// Its corners and normals alone.
     fn bare(&self) -> Triangle;
+    /// With its parameters (u, v), too.
+    fn parametric(&self) -> Triangle;
     /// With all attributes.
     fn whole(&self) -> Triangle;
     /// See [`SurfaceHit::face`].
@@ -230,19 +232,13 @@ impl From<LocalSurface> for ParametricPoint {
 
 impl Local for ParametricPoint {
     fn of_triangle(source: &impl TriangleSource, o: DVec3, d: DVec3) -> ParametricPoint {
-        let Parameters(uv) = Parameters::of_triangle(source, o, d);
-        ParametricPoint {
-            point: LocalPoint::of_triangle(source, o, d),
-            uv,
-        }
+        let (point, uv) = source.parametric().crossed_with_parameters(o, d);
+        ParametricPoint { point, uv }
     }
 
     fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<ParametricPoint> {
         let (point, uv) = quadric.parametric_point(o, d)?;
-        Some(ParametricPoint {
-            point,
-            uv: uv.as_vec2(),
-        })
+        Some(ParametricPoint { point, uv })
     }
 
     fn transformed(&self, place: &Place) -> ParametricPoint {
@@ -270,12 +266,14 @@ impl From<LocalSurface> for Parameters {
 
 impl Local for Parameters {
     fn of_triangle(source: &impl TriangleSource, o: DVec3, d: DVec3) -> Parameters {
-        Parameters(source.whole().parameters(o, d))
+        let triangle = source.parametric();
+        let b = triangle.nearest(o, d);
+        Parameters(triangle.uv_at(b).as_vec2())
     }
 
     fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<Parameters> {
         let uv = quadric.form.uv(quadric.object_point(o, d)?);
-        Some(Parameters(uv.as_vec2()))
+        Some(Parameters(uv))
     }
 
     /// Moving a surface does not change them.

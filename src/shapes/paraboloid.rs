@@ -12,7 +12,7 @@
 
 use super::quadric::{ObjectPoint, ObjectSurface, Swept, azimuth, nearest_approach, roots};
 use super::{left_out, positive};
-use crate::math::{DVec2, DVec3};
+use crate::math::{DVec2, DVec3, Vec2};
 use crate::params::ParamReader;
 
 /// See the module.
@@ -102,6 +102,10 @@ impl ObjectSurface for Paraboloid {
         roots
             .map(|t| (start + t, self.onto_surface(o + d * t)))
             .find(|&(t, p)| t > 0.0 && self.swept.contains(p))
+    }
+
+    fn uv(&self, p: DVec3) -> Vec2 {
+        self.swept.rounded_uv(p)
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

@@ -12,7 +12,8 @@
 
 use super::positive;
 use super::quadric::{ObjectPoint, ObjectSurface, Swept, azimuth, outward, roots};
-use crate::math::{DVec2, DVec3};
+use crate::math::angle::turns;
+use crate::math::{DVec2, DVec3, Vec2, Vec3};
 use crate::params::ParamReader;
 use std::f64::consts::TAU;
 
@@ -65,6 +66,16 @@ impl Sphere {
             && (z_max >= self.radius || p.z <= z_max)
             && self.swept.sweeps(|| azimuth(p))
     }
+
+    /// The parameter v at a polar angle.
+    fn v(&self, polar: f64) -> f64 {
+        let [first, last] = self.polar_range;
+        let range = last - first;
+        match range {
+            0.0 => 0.0,
+            _ => (polar - first) / range,
+        }
+    }
 }
 
 /// The polar angle at a height of a sphere.
@@ -96,7 +107,7 @@ impl ObjectSurface for Sphere {
         let dpdu = self.swept.dpdu(p);
         let dpdv = (last - first) * (outward * p.z).extend(-rho);
         ObjectPoint {
-            uv: self.uv(p),
+            uv: DVec2::new(self.swept.uv(p).x, self.v(polar(p.z, self.radius))),
             n: self.normal(p),
             dpdu,
             dpdv,
@@ -109,14 +120,11 @@ impl ObjectSurface for Sphere {
         p / self.radius
     }
 
-    fn uv(&self, p: DVec3) -> DVec2 {
-        let [first, last] = self.polar_range;
-        let range = last - first;
-        let v = match range {
-            0.0 => 0.0,
-            _ => (polar(p.z, self.radius) - first) / range,
-        };
-        DVec2::new(self.swept.uv(p).x, v)
+    fn uv(&self, p: DVec3) -> Vec2 {
+        let Vec3 { x, y, z } = (p * (1.0 / self.radius)).as_vec3();
+        let u = turns(x, y) * (TAU / self.swept.phi_max) as f32;
+        let polar = turns(z, (x * x + y * y).sqrt());
+        Vec2::new(u, self.v(TAU * f64::from(polar)) as f32)
     }
 
     fn bounds(&self) -> (DVec3, DVec3) {

@@ -135,11 +135,6 @@ impl Triangle {
         }
     }
 
-    /// The parameters (u, v) of the point nearest to where the line `o + t d` meets it.
-    pub(crate) fn parameters(&self, o: DVec3, d: DVec3) -> Vec2 {
-        self.uv_at(self.nearest(o, d)).as_vec2()
-    }
-
     /// The point where the ray `o + t d`, which is known to hit, meets the triangle, with its normals.
     ///
     /// Without normals to interpolate, and for most rays, that is where it crosses the plane: t = n·(p₀ − o) / n·d. Off
@@ -151,6 +146,19 @@ impl Triangle {
             (point, false) if self.normals.is_none() => point,
             _ => self.nearest_point(o, d),
         }
+    }
+
+    /// The same point, with its parameters (u, v).
+    #[inline]
+    pub fn crossed_with_parameters(&self, o: DVec3, d: DVec3) -> (LocalPoint, Vec2) {
+        let b = self.nearest(o, d);
+        let uv = self.uv_at(b).as_vec2();
+        if self.normals.is_none()
+            && let (point, false) = self.crossing(o, d)
+        {
+            return (point, uv);
+        }
+        (self.local_point(b), uv)
     }
 
     /// Where the line `o + t d` crosses the plane, and whether it does so at too small an angle for that to be in the triangle. Without
@@ -177,12 +185,6 @@ impl Triangle {
     /// The same by barycentric coordinates, in the triangle for certain.
     #[inline(never)]
     fn nearest_point(&self, o: DVec3, d: DVec3) -> LocalPoint {
-        self.smooth_point(o, d)
-    }
-
-    /// The same where a triangle has normals at its corners. Without a branch.
-    #[inline(always)]
-    pub(crate) fn smooth_point(&self, o: DVec3, d: DVec3) -> LocalPoint {
         self.local_point(self.nearest(o, d))
     }
 

@@ -3,41 +3,64 @@
 //! Samples of one image have the same weight but for its sign (the filter's), so that counting is enough: whole numbers have no order.
 
 use super::{Layer, LayerSet, MatteId};
+use std::borrow::Cow;
+use std::cmp::Reverse;
 
 /// Things of a pixel that are written, those that cover most of it: what Cryptomatte's files have by default.
 pub(super) const RANKS: usize = 6;
 
-/// Bytes of a thing that a pixel shows.
+/// Bytes of things that a pixel shows.
 pub(super) const ENTRY: usize = size_of::<Entry>();
 
-/// What the samples of some pixels have met.
+/// What the samples of some pixels have met, for both mattes at once: most pixels show one thing of either.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in super::super) struct Coverage {
     /// By pixel, while a tile is rendered; a pixel may be there in several parts.
     entries: Vec<Entry>,
-    /// How many there were when each thing of a pixel was there once.
+    /// How many there were when each pair of things of a pixel was there once.
     tidied: usize,
     /// The weight of a sample, without its sign.
     unit: f32,
 }
 
-/// A thing that a pixel shows.
+/// Things that the same samples of a pixel show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Entry {
     pixel: u32,
-    id: MatteId,
+    things: Pair,
     /// Samples of positive weight, less those of negative weight.
     count: i32,
 }
 
+/// A thing of each of [`Layer::MATTES`], as one number that is compared at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Pair(u64);
+
+impl Pair {
+    fn new([first, second]: [MatteId; 2]) -> Pair {
+        Pair(u64::from(first.bits()) << 32 | u64::from(second.bits()))
+    }
+
+    /// That of this matte.
+    fn id(self, kind: usize) -> MatteId {
+        let bits = if kind == 0 { self.0 >> 32 } else { self.0 };
+        MatteId::from_bits(bits as u32)
+    }
+}
+
 impl Coverage {
     /// Adds samples that count so much, each of the weight `unit` without its sign. Those of a pixel come one after the other.
-    pub(super) fn add(&mut self, pixel: u32, id: MatteId, count: i32, unit: f32) {
+    pub(super) fn add(&mut self, pixel: u32, ids: [MatteId; 2], count: i32, unit: f32) {
         self.unit = self.unit.max(unit);
+        let things = Pair::new(ids);
         let same = { self.entries.iter_mut().rev() }.take_while(|entry| entry.pixel == pixel);
-        match same.into_iter().find(|entry| entry.id == id) {
+        match same.into_iter().find(|entry| entry.things == things) {
             Some(entry) => entry.count += count,
-            None => self.entries.push(Entry { pixel, id, count }),
+            None => self.entries.push(Entry {
+                pixel,
+                things,
+                count,
+            }),
         }
     }
 
@@ -55,9 +78,9 @@ impl Coverage {
         }
     }
 
-    /// Each thing of a pixel once, in order.
+    /// Each pair of things of a pixel once, in order.
     fn tidy(&mut self) {
-        let key = |entry: &Entry| (entry.pixel, entry.id);
+        let key = |entry: &Entry| (entry.pixel, entry.things);
         self.entries.sort_unstable_by_key(key);
         self.entries.dedup_by(|next, kept| {
             let is_same = key(next) == key(kept);
@@ -69,14 +92,14 @@ impl Coverage {
         self.tidied = self.entries.len();
     }
 
-    /// Returns `true` if each thing of a pixel is there once, and one pixel comes after the other, as in a tile that has not been returned to. Not
+    /// Returns `true` if each pair of things of a pixel is there once, and one pixel comes after the other, as in a tile that has not been returned to. Not
     /// where pixels show many things, for which it would take long to know.
     fn is_tidy(&self) -> bool {
         const MANY: usize = 16;
         let once = |of: &[Entry]| {
             let ids = of.iter().enumerate();
             of.len() <= MANY && { ids }
-                .all(|(i, entry)| of.iter().take(i).all(|other| other.id != entry.id))
+                .all(|(i, entry)| of.iter().take(i).all(|other| other.things != entry.things))
         };
         let mut pixels = self.entries.chunk_by(|a, b| a.pixel == b.pixel);
         self.entries.is_sorted_by_key(|entry| entry.pixel) && pixels.all(once)
@@ -90,20 +113,19 @@ impl Coverage {
         canonical
     }
 
-    /// Sets the ranks of pixels in `matte`, where `place` says, of which so many samples have left the lens.
+    /// Sets the ranks of pixels in `mattes`, where `place` says, of which so many samples have left the lens. It is asked in order.
     pub(super) fn develop(
         &self,
-        matte: &mut ImageMatte,
+        mattes: &mut [ImageMatte],
         seen: impl Fn(usize) -> f64,
-        place: impl Fn(usize) -> Option<usize>,
+        mut place: impl FnMut(usize) -> Option<usize>,
     ) {
-        let mut all = self.clone();
-        if !all.is_tidy() {
-            all.tidy();
+        let mut all = Cow::Borrowed(self);
+        if !self.is_tidy() {
+            all.to_mut().tidy();
         }
-        for entries in all.entries.chunk_by_mut(|a, b| a.pixel == b.pixel) {
-            // By what they cover, and by their number where that is the same.
-            entries.sort_unstable_by_key(|entry| (-i64::from(entry.count), entry.id));
+        let mut things = Vec::new();
+        for entries in all.entries.chunk_by(|a, b| a.pixel == b.pixel) {
             let Some(&Entry { pixel, .. }) = entries.first() else {
                 continue;
             };
@@ -111,10 +133,25 @@ impl Coverage {
             let Some(index) = index.filter(|_| seen > 0.0) else {
                 continue;
             };
-            let shown = entries.iter().filter(|entry| entry.count > 0).take(RANKS);
-            for (rank, entry) in shown.enumerate() {
-                let part = f64::from(entry.count) * f64::from(self.unit) / seen;
-                matte.set(index, rank, (entry.id.number(), part.min(1.0) as f32));
+            let part = |count: i32| {
+                let part = f64::from(count) * f64::from(self.unit) / seen;
+                part.min(1.0) as f32
+            };
+            for matte in mattes.iter_mut() {
+                let kind = matte.kind;
+                if let [Entry { things, count, .. }] = *entries {
+                    if count > 0 {
+                        matte.set(index, 0, (things.id(kind), part(count)));
+                    }
+                    continue;
+                }
+                things.clear();
+                things.extend(entries.iter().map(|of| (of.things.id(kind), of.count)));
+                rank(&mut things);
+                let shown = things.iter().filter(|(_, count)| *count > 0).take(RANKS);
+                for (rank, &(id, count)) in shown.enumerate() {
+                    matte.set(index, rank, (id, part(count)));
+                }
             }
         }
     }
@@ -123,8 +160,8 @@ impl Coverage {
     pub(in super::super) fn to_words(&self) -> impl Iterator<Item = u64> + '_ {
         let head = [self.entries.len() as u64, self.unit.to_bits().into()];
         let entries = self.entries.iter().flat_map(|entry| {
-            let place = u64::from(entry.pixel) << 32 | u64::from(entry.id.bits());
-            [place, entry.count as u32 as u64]
+            let met = u64::from(entry.pixel) << 32 | u64::from(entry.count as u32);
+            [met, entry.things.0]
         });
         head.into_iter().chain(entries)
     }
@@ -134,11 +171,11 @@ impl Coverage {
         let (count, unit) = (word()?, f32::from_bits(word()? as u32));
         let mut entries = Vec::new();
         for _ in 0..count {
-            let (place, count) = (word()?, word()? as u32 as i32);
+            let (met, things) = (word()?, Pair(word()?));
             entries.push(Entry {
-                pixel: (place >> 32) as u32,
-                id: MatteId::from_bits(place as u32),
-                count,
+                pixel: (met >> 32) as u32,
+                things,
+                count: met as u32 as i32,
             });
         }
         Some(Coverage {
@@ -149,6 +186,19 @@ impl Coverage {
     }
 }
 
+/// Each thing once: by what it covers, and by its number where that is the same.
+fn rank(things: &mut Vec<(MatteId, i32)>) {
+    things.sort_unstable();
+    things.dedup_by(|next, kept| {
+        let is_same = next.0 == kept.0;
+        if is_same {
+            kept.1 += next.1;
+        }
+        is_same
+    });
+    things.sort_unstable_by_key(|&(id, count)| (Reverse(count), id));
+}
+
 /// A Cryptomatte of all pixels of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageMatte {
@@ -157,26 +207,28 @@ pub struct ImageMatte {
     /// Those of [`Layer::channels`], each row by row, as the image's pixels: number and part of what covers most of the pixel, of what covers most of the
     /// rest, and so on. Empty where no pixel shows so many things.
     pub channels: [Vec<f32>; 2 * RANKS],
+    /// Its place among [`Layer::MATTES`].
+    kind: usize,
     pixels: usize,
 }
 
 impl ImageMatte {
     /// Those of these layers, of so many pixels that show nothing.
     pub(in super::super) fn all_of(set: LayerSet, pixels: usize) -> Vec<ImageMatte> {
-        let blank = |layer| ImageMatte {
+        let blank = |(kind, layer)| ImageMatte {
             layer,
             channels: Default::default(),
+            kind,
             pixels,
         };
-        let wanted = Layer::MATTES
-            .into_iter()
-            .filter(|&layer| set.contains(layer));
+        let all = Layer::MATTES.into_iter().enumerate();
+        let wanted = all.filter(|(_, layer)| set.contains(*layer));
         wanted.map(blank).collect()
     }
 
-    fn set(&mut self, pixel: usize, rank: usize, (id, part): (f32, f32)) {
+    fn set(&mut self, pixel: usize, rank: usize, (id, part): (MatteId, f32)) {
         let channels = self.channels.iter_mut().skip(2 * rank);
-        for (channel, value) in channels.zip([id, part]) {
+        for (channel, value) in channels.zip([id.number(), part]) {
             if channel.is_empty() {
                 *channel = vec![0.0; self.pixels];
             }
@@ -213,13 +265,15 @@ mod tests {
             let mut all = Coverage::default();
             for part in order.chunks(order.len().div_ceil(parts)) {
                 let mut coverage = Coverage::default();
-                for &(id, weight) in part {
-                    coverage.add(0, id, weight.signum() as i32, weight.abs());
+                for (i, &(id, weight)) in part.iter().enumerate() {
+                    // Of several instances that have the same material.
+                    let ids = [id, MatteId::of(["a", "b"][i % 2])];
+                    coverage.add(0, ids, weight.signum() as i32, weight.abs());
                 }
                 all.merge(&coverage, |_| Some(1));
             }
             let mut matte = ImageMatte::all_of(LayerSet::NONE.with(Layer::Material), 2);
-            all.develop(&mut matte[0], |_| 60.0, Some);
+            all.develop(&mut matte, |_| 60.0, Some);
             assert_eq!(matte[0].ranks(0), [(0.0, 0.0); RANKS]);
             assert!(matte[0].channels.iter().all(|channel| channel.len() == 2));
             matte[0].ranks(1)
@@ -244,10 +298,10 @@ mod tests {
     fn what_no_pixel_shows_takes_no_memory() {
         let mut coverage = Coverage::default();
         for (pixel, thing) in [(0, 3), (2, 1), (2, 4)] {
-            coverage.add(pixel, ids()[thing], 1, 1.0);
+            coverage.add(pixel, [ids()[0], ids()[thing]], 1, 1.0);
         }
         let mut matte = ImageMatte::all_of(LayerSet::NONE.with(Layer::Instance), 3);
-        coverage.develop(&mut matte[0], |_| 2.0, Some);
+        coverage.develop(&mut matte, |_| 2.0, Some);
         let pixels = matte[0].channels.each_ref().map(Vec::len);
         assert_eq!(pixels, [3, 3, 3, 3, 0, 0, 0, 0, 0, 0, 0, 0]);
         assert_eq!(
@@ -263,7 +317,7 @@ mod tests {
         let coverage = |entries: &[(u32, usize)]| {
             let entry = |&(pixel, i): &(u32, usize)| Entry {
                 pixel,
-                id: ids[i],
+                things: Pair::new([ids[8], ids[i]]),
                 count: 1,
             };
             Coverage {
@@ -281,7 +335,8 @@ mod tests {
     fn words_are_read_back() {
         let mut coverage = Coverage::default();
         for (i, id) in ids().into_iter().enumerate() {
-            coverage.add(i as u32 / 2, id, if i == 4 { -1 } else { 1 }, 0.5);
+            let ids = [id, ids()[8 - i]];
+            coverage.add(i as u32 / 2, ids, if i == 4 { -1 } else { 1 }, 0.5);
         }
         let words: Vec<u64> = coverage.to_words().collect();
         let mut rest = words.iter().copied();

@@ -26,11 +26,8 @@ impl GrowingLayers {
         let Some(more) = tile.layers() else {
             return;
         };
-        for (number, pixel) in tile.bounds().pixels().enumerate() {
-            if let Some(index) = self.bounds.index(pixel) {
-                self.sums.add(index, more.pixel(number).iter().copied());
-            }
-        }
+        self.sums
+            .merge_sums(more, &tile.bounds().shared_rows(self.bounds));
     }
 
     /// All samples so far, where they are kept otherwise.
@@ -43,12 +40,8 @@ impl GrowingLayers {
     /// The layers of some pixels.
     pub(crate) fn pixels(&self, square: PixelBounds) -> ImageLayers {
         let mut layers = ImageLayers::without_mattes(self.sums.set, square.area());
-        let pixels = square.pixels().filter_map(|pixel| self.bounds.index(pixel));
-        let places: Vec<_> = pixels
-            .enumerate()
-            .map(|(place, index)| (index, place))
-            .collect();
-        layers.develop_sums(&self.sums, &places, self.scale);
+        let rows = self.bounds.shared_rows(square);
+        layers.develop_sums(&self.sums, &rows, self.scale);
         layers
     }
 }

@@ -1,8 +1,9 @@
 //! The layers of an image, made of the [sums](super::sums) of its pixels.
 
 use super::coverage::ImageMatte;
-use super::sums::{COVERED, HITS, LayerPixels, SAMPLES, SEEN, SHARED};
+use super::sums::{self, ALBEDO, LayerPixels, NORMAL, SAMPLES, SEEN};
 use super::{Layer, LayerSet, light_channels};
+use crate::film::SharedRow;
 use crate::math::{DVec3, Rgb};
 
 /// A layer of all pixels of an image.
@@ -72,51 +73,64 @@ impl ImageLayers {
         self.means.iter().find(|own| own.layer == layer)
     }
 
-    /// Sets pixels to what their sums tell: for each in turn the one that `places` say, if any. Light is in units of 1/`scale`.
+    /// Sets pixels to what their sums tell, where both have them. Light is in units of 1/`scale`.
     pub(in super::super) fn develop(
         &mut self,
         pixels: &LayerPixels,
-        places: &[Option<usize>],
+        rows: &[SharedRow],
         scale: f64,
     ) {
-        let numbered = places.iter().enumerate();
-        let shown = numbered.filter_map(|(number, place)| Some((number, (*place)?)));
-        self.develop_sums(pixels, &shown.collect::<Vec<_>>(), scale);
-        let place = |number: usize| places.get(number).copied().flatten();
-        let seen = |number: usize| pixels.pixel(number).first().copied().unwrap_or(0.0);
-        for matte in &mut self.mattes {
-            if let Some(kind) = matte.layer.matte() {
-                pixels.mattes[kind].develop(matte, seen, place);
+        self.develop_sums(pixels, rows, scale);
+        let seen = |number: usize| pixels.pixel(number).get(SEEN).copied().unwrap_or(0.0);
+        let mut rest = rows.iter().peekable();
+        let place = |number: usize| {
+            while rest.next_if(|row| row.own + row.pixels <= number).is_some() {}
+            let row = rest.peek().filter(|row| row.own <= number)?;
+            Some(row.other + (number - row.own))
+        };
+        pixels.coverage.develop(&mut self.mattes, seen, place);
+    }
+
+    /// The same but for Cryptomattes.
+    pub(super) fn develop_sums(&mut self, pixels: &LayerPixels, rows: &[SharedRow], scale: f64) {
+        let count = pixels.count();
+        for row in rows {
+            let sums = pixels.row(row.own, row.pixels);
+            let mut done = 0;
+            for sums in sums.chunks(SOME * count) {
+                let shares = Shares::new(sums, count);
+                let some = sums.len() / count;
+                let values = row.other + done..row.other + done + some;
+                for (i, which) in pixels.rows.iter().enumerate() {
+                    let which = usize::from(*which);
+                    let means = means(sums, count, (i, which), &shares);
+                    for (channel, place) in self.channels_of_row(which) {
+                        let values = channel.get_mut(values.clone()).unwrap_or_default();
+                        for (value, mean) in values.iter_mut().zip(&means[place]) {
+                            *value = *mean;
+                        }
+                    }
+                }
+                done += some;
+            }
+            if !self.lights.is_empty() {
+                for (i, sums) in sums.chunks_exact(pixels.count()).enumerate() {
+                    self.develop_lights(row.other + i, sums, scale);
+                }
             }
         }
     }
 
-    /// Sets pixels to what sums tell, but for Cryptomattes: by the numbers that both have.
-    pub(super) fn develop_sums(
-        &mut self,
-        pixels: &LayerPixels,
-        places: &[(usize, usize)],
-        scale: f64,
-    ) {
-        let shown: Vec<Shown> = { places.iter() }
-            .map(|&(number, index)| Shown::new(pixels, number, index))
-            .collect();
-        let mut first = SHARED;
-        for ImageLayer { layer, channels } in &mut self.means {
-            for (channel, values) in channels.iter_mut().enumerate() {
-                let sum = match layer {
-                    Layer::Alpha => COVERED,
-                    _ => first + channel,
-                };
-                develop_mean(values, (*layer, sum), pixels, &shown);
-            }
-            first += layer.sums();
-        }
-        if !self.lights.is_empty() {
-            for &(number, index) in places {
-                self.develop_lights(index, pixels.pixel(number), scale);
-            }
-        }
+    /// The channels whose sums are in this row, with their places in there.
+    fn channels_of_row(&mut self, which: usize) -> impl Iterator<Item = (&mut [f32], usize)> {
+        let means = self.means.iter_mut().filter_map(move |mean| {
+            let (row, place) = sums::place(mean.layer)?;
+            (row == which).then_some((mean, place))
+        });
+        means.flat_map(|(mean, place)| {
+            let channels = mean.channels.iter_mut().map(Vec::as_mut_slice);
+            channels.zip(place..4)
+        })
     }
 
     /// The names of the channels of all but Cryptomattes, where layers of light have these names.
@@ -152,54 +166,64 @@ impl ImageLayers {
     }
 }
 
-/// A pixel: its number among those that have sums, and its place in an image.
-struct Shown {
-    number: usize,
-    index: usize,
-    /// The share of it that a sample has which is seen, and one that meets a surface.
-    of_seen: f64,
-    of_hit: f64,
+/// Pixels that are developed together: a row of a tile.
+const SOME: usize = 16;
+
+/// The shares of pixels that a sample has which is seen, and one that meets a surface.
+struct Shares {
+    of_seen: [f64; SOME],
+    of_hit: [f64; SOME],
 }
 
-impl Shown {
-    fn new(pixels: &LayerPixels, number: usize, index: usize) -> Shown {
-        let sums = pixels.pixel(number);
-        let [of_seen, of_hit] = [SEEN, HITS].map(|over| match sums.get(over) {
-            Some(&over) if over > 0.0 => 1.0 / over,
-            _ => 0.0,
-        });
-        Shown {
-            number,
-            index,
-            of_seen,
-            of_hit,
+impl Shares {
+    /// Of some pixels with so many sums each.
+    fn new(sums: &[f64], count: usize) -> Shares {
+        let mut shares = Shares {
+            of_seen: [0.0; SOME],
+            of_hit: [0.0; SOME],
+        };
+        let share = |over: f64| if over > 0.0 { 1.0 / over } else { 0.0 };
+        let both = shares.of_seen.iter_mut().zip(&mut shares.of_hit);
+        for ((of_seen, of_hit), sums) in both.zip(sums.chunks_exact(count)) {
+            if let Some([seen, _, hits, _]) = sums.first_chunk() {
+                (*of_seen, *of_hit) = (share(*seen), share(*hits));
+            }
         }
+        shares
     }
 }
 
-/// Sets pixels of a layer's channel to the means that their sums of this number are of.
-fn develop_mean(
-    values: &mut [f32],
-    (layer, sum): (Layer, usize),
-    pixels: &LayerPixels,
-    shown: &[Shown],
-) {
+/// The means of the sums of some pixels, so many each, in their row number `i`, which is this one: a list for each of the four.
+#[inline(never)]
+fn means(
+    sums: &[f64],
+    count: usize,
+    (i, which): (usize, usize),
+    shares: &Shares,
+) -> [[f32; SOME]; 4] {
     // A filter with negative lobes may go beyond.
-    let (of_hits, [low, high]) = match layer {
-        Layer::Albedo | Layer::Alpha => (false, [0.0, 1.0]),
-        Layer::Normal => (false, [-1.0, 1.0]),
-        _ => (true, [f64::NEG_INFINITY, f64::INFINITY]),
+    let (shares, limits) = match which {
+        0 | ALBEDO => (&shares.of_seen, Some([0.0, 1.0])),
+        NORMAL => (&shares.of_seen, Some([-1.0, 1.0])),
+        _ => (&shares.of_hit, None),
     };
-    let count = pixels.set.sums();
-    for own in shown {
-        let (sum, value) = (
-            pixels.sums.get(own.number * count + sum),
-            values.get_mut(own.index),
-        );
-        if let (Some(sum), Some(value)) = (sum, value) {
-            let share = if of_hits { own.of_hit } else { own.of_seen };
-            // Not a negative zero, which sums may or may not begin with.
-            *value = ((sum * share).clamp(low, high) + 0.0) as f32;
+    let mut means = [[0.0; SOME]; 4];
+    for (pixel, (share, sums)) in shares.iter().zip(sums.chunks_exact(count)).enumerate() {
+        if let Some(sums) = sums.get(4 * i..4 * i + 4) {
+            for (means, sum) in means.iter_mut().zip(sums) {
+                means[pixel] = (sum * share) as f32;
+            }
         }
     }
+    // In loops of their own, which are compiled to vector instructions.
+    for mean in means.as_flattened_mut() {
+        // Not a negative zero, which sums may or may not begin with.
+        *mean += 0.0;
+    }
+    if let Some([low, high]) = limits {
+        for mean in means.as_flattened_mut() {
+            *mean = mean.clamp(low, high);
+        }
+    }
+    means
 }

@@ -104,14 +104,6 @@ impl Layer {
         }
     }
 
-    /// How many sums of its own it needs.
-    fn sums(self) -> usize {
-        match self {
-            Layer::Alpha | Layer::Material | Layer::Instance => 0,
-            other => other.channels().len(),
-        }
-    }
-
     /// Its place among [`Layer::MATTES`].
     fn matte(self) -> Option<usize> {
         Layer::MATTES.into_iter().position(|layer| layer == self)
@@ -200,7 +192,8 @@ impl LayerSet {
 
     /// Returns `true` if any is a Cryptomatte.
     pub fn has_mattes(self) -> bool {
-        self.iter().any(|layer| layer.matte().is_some())
+        let mut mattes = Layer::MATTES.into_iter();
+        mattes.any(|layer| self.contains(layer))
     }
 
     /// Numbers that are added up for each pixel.
@@ -208,12 +201,21 @@ impl LayerSet {
         if self.is_empty() {
             return 0;
         }
-        sums::SHARED + self.iter().map(Layer::sums).sum::<usize>() + 3 * self.lights()
+        4 * self.rows().count() + 3 * self.lights()
+    }
+
+    /// The [rows](sums::ROWS) of sums that are wanted: the shared one first.
+    fn rows(self) -> impl Iterator<Item = usize> {
+        let has = move |row: usize| {
+            let mut places = self.iter().filter_map(sums::place);
+            row == 0 || places.any(|(own, _)| own == row)
+        };
+        (0..sums::ROWS).filter(move |row| has(*row))
     }
 
     /// Bytes of a pixel's sums, where a pixel of a matte shows two things.
     pub fn memory_of_sums(self) -> u64 {
-        let mattes = self.iter().filter_map(Layer::matte).count();
+        let mattes = usize::from(self.has_mattes());
         (self.sums() * size_of::<f64>() + 2 * mattes * coverage::ENTRY) as u64
     }
 

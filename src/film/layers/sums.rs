@@ -8,15 +8,36 @@
 
 use super::coverage::Coverage;
 use super::{CameraSample, Layer, LayerSample, LayerSet, MatteId, RenderSpace, SurfaceSample};
+use crate::film::SharedRow;
 use crate::film::pairwise::{Join, Pairwise, PixelSum};
 use crate::math::{DVec3, DVec4, Rgb, UVec2, Vec4};
 use arrayvec::ArrayVec;
 use std::ops::AddAssign;
 
-/// Sums that all layers share.
-pub(super) const SHARED: usize = 4;
+/// Sums are in rows of four, which are added by vector instructions: of those that all layers share, of the four parts of a [`SurfaceSample`], and of the
+/// camera.
+pub(super) const ROWS: usize = 6;
+pub(super) const ALBEDO: usize = 1;
+pub(super) const NORMAL: usize = 2;
+const POSITION: usize = 3;
+const CAMERA: usize = 5;
 
-/// Where they are: the number of samples that left the lens, the weights of those that met a surface, the number of these, and that of all samples.
+/// The row that a layer's sums are in, and the first one's place in there; `None` where it has none.
+pub(super) fn place(layer: Layer) -> Option<(usize, usize)> {
+    match layer {
+        Layer::Alpha => Some((0, COVERED)),
+        Layer::Albedo => Some((ALBEDO, 0)),
+        Layer::Normal => Some((NORMAL, 0)),
+        Layer::Position => Some((POSITION, 0)),
+        Layer::Uv => Some((4, 0)),
+        Layer::Depth => Some((CAMERA, 0)),
+        Layer::Coc => Some((CAMERA, 1)),
+        Layer::Motion => Some((CAMERA, 2)),
+        Layer::Material | Layer::Instance | Layer::Lights => None,
+    }
+}
+
+/// Where the shared ones are: the number of samples that left the lens, the weights of those that met a surface, the number of these, and that of all samples.
 pub(super) const SEEN: usize = 0;
 pub(super) const COVERED: usize = 1;
 pub(super) const HITS: usize = 2;
@@ -50,60 +71,105 @@ fn add<T: AddAssign + Copy>(sums: &mut [T], more: &[T]) {
 #[derive(Clone, Debug, PartialEq)]
 pub(in super::super) struct LayerPixels {
     pub(in super::super) set: LayerSet,
+    /// Of a pixel there are the [rows](ROWS) that are wanted, and those of light: so many.
+    pub(super) rows: ArrayVec<u8, ROWS>,
+    count: usize,
     pub(in super::super) sums: Vec<f64>,
     /// Of [`Layer::MATTES`].
-    pub(in super::super) mattes: [Coverage; 2],
+    pub(in super::super) coverage: Coverage,
 }
 
 impl LayerPixels {
     /// Of so many pixels without samples; `None` for no layers.
     pub(in super::super) fn new(set: LayerSet, pixels: usize) -> Option<LayerPixels> {
-        let sums = vec![0.0; set.sums() * pixels];
+        let mut none = LayerPixels::without_pixels(set)?;
+        none.sums = vec![0.0; none.count * pixels];
+        Some(none)
+    }
+
+    /// Where pixels are to be [added](LayerPixels::add).
+    fn without_pixels(set: LayerSet) -> Option<LayerPixels> {
         (!set.is_empty()).then(|| LayerPixels {
             set,
-            sums,
-            mattes: Default::default(),
+            rows: set.rows().map(|row| row as u8).collect(),
+            count: set.sums(),
+            sums: Vec::new(),
+            coverage: Coverage::default(),
         })
     }
 
     /// The sums of a pixel.
-    pub(in super::super) fn pixel(&self, index: usize) -> &[f64] {
-        let count = self.set.sums();
-        { self.sums.get(index * count..(index + 1) * count) }.unwrap_or_default()
+    #[inline]
+    pub(super) fn pixel(&self, index: usize) -> &[f64] {
+        self.row(index, 1)
     }
 
-    /// Adds those of other pixels, each of which is the one of these that `place` says, if any.
+    /// Those of so many pixels, from this one on.
+    #[inline]
+    pub(super) fn row(&self, first: usize, pixels: usize) -> &[f64] {
+        let range = first * self.count..(first + pixels) * self.count;
+        self.sums.get(range).unwrap_or_default()
+    }
+
+    /// How many sums a pixel has, at least one.
+    pub(super) fn count(&self) -> usize {
+        self.count.max(1)
+    }
+
+    /// Adds those of other pixels, where both have them.
     pub(in super::super) fn merge(
         &mut self,
         more: &LayerPixels,
-        pixels: usize,
+        rows: &[SharedRow],
         place: impl Fn(usize) -> Option<usize>,
     ) {
-        for number in 0..pixels {
-            if let Some(index) = place(number) {
-                self.add(index, more.pixel(number).iter().copied());
-            }
-        }
-        for (own, more) in self.mattes.iter_mut().zip(&more.mattes) {
-            own.merge(more, &place);
+        self.merge_sums(more, rows);
+        self.coverage.merge(&more.coverage, place);
+    }
+
+    /// The same but for mattes.
+    pub(super) fn merge_sums(&mut self, more: &LayerPixels, rows: &[SharedRow]) {
+        for row in rows {
+            let range = row.other * self.count..(row.other + row.pixels) * self.count;
+            let own = self.sums.get_mut(range).unwrap_or_default();
+            add(own, more.row(row.own, row.pixels));
         }
     }
 
-    /// Those of a pixel: of light last, and of all else.
-    fn of(&mut self, index: usize) -> (&mut [f64], &mut [f64]) {
-        let (count, lights) = (self.set.sums(), 3 * self.set.lights());
-        let sums = { self.sums.get_mut(index * count..(index + 1) * count) }.unwrap_or_default();
-        sums.split_at_mut(sums.len().saturating_sub(lights))
+    /// Adds those of samples of a pixel. Mostly it is the next one: then they need not be cleared before.
+    #[inline(always)]
+    fn add(&mut self, index: usize, own: &Own, of_light: &Lights) {
+        let range = index * self.count..(index + 1) * self.count;
+        if range.start == self.sums.len() {
+            let wanted = self
+                .rows
+                .iter()
+                .filter_map(|row| own.0.get(usize::from(*row)));
+            wanted.for_each(|sums| self.sums.extend(sums.to_array()));
+            self.sums.extend(&of_light.0);
+            return;
+        }
+        self.make_room(index + 1);
+        let (rows, _) = self.sums.get_mut(range).unwrap_or_default().as_chunks_mut();
+        for (sums, row) in rows.iter_mut().zip(&self.rows) {
+            let more = own.0.get(usize::from(*row)).copied().unwrap_or_default();
+            *sums = (DVec4::from_array(*sums) + more).to_array();
+        }
+        add(self.lights_of(index), &of_light.0);
     }
 
-    /// Adds to those of a pixel.
-    pub(super) fn add(&mut self, index: usize, more: impl Iterator<Item = f64>) {
-        let count = self.set.sums();
-        if let Some(sums) = self.sums.get_mut(index * count..(index + 1) * count) {
-            sums.iter_mut()
-                .zip(more)
-                .for_each(|(sum, more)| *sum += more);
+    /// Has at least so many pixels.
+    fn make_room(&mut self, pixels: usize) {
+        if self.sums.len() < pixels * self.count {
+            self.sums.resize(pixels * self.count, 0.0);
         }
+    }
+
+    /// Those of light of a pixel, which are its last.
+    fn lights_of(&mut self, index: usize) -> &mut [f64] {
+        let end = (index + 1) * self.count;
+        let lights = 3 * self.set.lights();
+        self.sums.get_mut(end - lights..end).unwrap_or_default()
     }
 
     /// Adds light from elsewhere to the layers of light of a pixel: the mean over its samples grows by so much.
@@ -112,36 +178,20 @@ impl LayerPixels {
         index: usize,
         lights: impl Iterator<Item = DVec3>,
     ) {
-        let (sums, own) = self.of(index);
-        let all = sums.get(SAMPLES).copied().unwrap_or_default();
-        add_lights(own, lights.map(|light| light * all));
+        let all = self.pixel(index).get(SAMPLES).copied().unwrap_or_default();
+        add_lights(self.lights_of(index), lights.map(|light| light * all));
     }
 
     /// Adds those of the same pixels.
     pub(in super::super) fn join(&mut self, right: &LayerPixels) {
         add(&mut self.sums, &right.sums);
-        for (own, more) in self.mattes.iter_mut().zip(&right.mattes) {
-            own.merge(more, Some);
-        }
+        self.coverage.merge(&right.coverage, Some);
     }
 }
 
-/// The sums of all layers, wanted or not, but for those of light: the shared ones, of the four parts of a [`SurfaceSample`], and of
-/// [`Layer::Depth`], [`Layer::Coc`] and [`Layer::Motion`].
+/// The sums of all layers, wanted or not, but for those of light.
 #[derive(Clone, Debug, Default)]
 struct Own([DVec4; ROWS]);
-
-/// How many of four they are, and where those of surfaces and of the camera begin.
-const ROWS: usize = 6;
-const SURFACE: usize = SHARED;
-const POSITION: usize = SURFACE + 8;
-const CAMERA: usize = SURFACE + 16;
-
-impl Own {
-    fn sums(&self) -> &[f64; 4 * ROWS] {
-        bytemuck::cast_ref(&self.0)
-    }
-}
 
 impl Join for Own {
     #[inline(always)]
@@ -158,18 +208,16 @@ struct Leaf([Vec4; ROWS]);
 impl Leaf {
     /// Adds a sample that has met a surface: whatever is wanted, so that there are no branches.
     #[inline(always)]
-    fn add(&mut self, weight: f32, surface: &SurfaceSample, camera: CameraSample) {
-        let SurfaceSample {
-            albedo,
-            normal,
-            p,
-            uv,
-        } = *surface;
-        let shared = Vec4::new(1.0, weight, 1.0, 1.0);
-        add(
-            &mut self.0,
-            &[shared, weight * albedo, weight * normal, p, uv, camera.0],
-        );
+    fn add(&mut self, weight: f32, surface: &SurfaceSample, camera: Option<CameraSample>) {
+        let [shared, albedo, normal, p, uv, own] = &mut self.0;
+        *shared += Vec4::new(1.0, weight, 1.0, 1.0);
+        *albedo += weight * Vec4::from_array(surface.albedo);
+        *normal += weight * Vec4::from_array(surface.normal);
+        *p += Vec4::from_array(surface.p);
+        *uv += Vec4::from_array(surface.uv);
+        if let Some(CameraSample(camera)) = camera {
+            *own += camera;
+        }
     }
 
     /// Adds a sample that has met nothing, or one that has not left the lens.
@@ -182,10 +230,10 @@ impl Leaf {
     #[inline(always)]
     fn sums(&self, space: &RenderSpace) -> Own {
         let mut own = Own(self.0.map(|sums| sums.as_dvec4()));
-        let (hits, points) = (own.0[0][HITS], &mut own.0[POSITION / 4]);
+        let (hits, points) = (own.0[0][HITS], &mut own.0[POSITION]);
         let depth = (*points + hits * DVec4::W).dot(space.depth);
         *points += hits * space.origin;
-        own.0[CAMERA / 4].x += depth;
+        own.0[CAMERA].x += depth;
         own
     }
 }
@@ -194,11 +242,11 @@ impl Leaf {
 #[derive(Clone, Debug)]
 pub(in super::super) struct TileLayers {
     pub(in super::super) pixels: LayerPixels,
-    /// Where the sums that are wanted are among all.
-    wanted: ArrayVec<u8, { 4 * ROWS }>,
     /// The pixel whose samples are being added, and its number, if it has one.
     pixel: UVec2,
     open: Option<u32>,
+    /// How many pixels there are.
+    count: usize,
     /// Its last samples that have met the same.
     run: Run,
     leaf: Leaf,
@@ -220,10 +268,11 @@ struct Run {
 
 impl TileLayers {
     pub(in super::super) fn new(set: LayerSet, pixels: usize) -> Option<Box<TileLayers>> {
-        let pixels = LayerPixels::new(set, pixels)?;
+        let mut own = LayerPixels::without_pixels(set)?;
+        own.sums.reserve_exact(pixels * own.count);
         Some(Box::new(TileLayers {
-            pixels,
-            wanted: wanted(set),
+            pixels: own,
+            count: pixels,
             pixel: UVec2::MAX,
             open: None,
             run: Run::default(),
@@ -240,7 +289,7 @@ impl TileLayers {
     #[inline(always)]
     pub(in super::super) fn open(&mut self, pixel: UVec2, index: impl FnOnce() -> Option<usize>) {
         if pixel != self.pixel {
-            self.close();
+            self.close_pixel();
             self.pixel = pixel;
             self.open = index().map(|index| index as u32);
         }
@@ -261,7 +310,7 @@ impl TileLayers {
         match sample {
             Some(Some(found)) => {
                 self.space = *found.space;
-                self.leaf.add(weight, found.surface, found.camera);
+                self.leaf.add(weight, found.surface, Some(found.camera));
                 self.cover(weight, found.mattes, 1);
             }
             other => self.leaf.add_empty(other.is_some()),
@@ -293,14 +342,15 @@ impl TileLayers {
     #[inline(always)]
     pub(in super::super) fn add_run<'a>(
         &mut self,
-        samples: impl Iterator<Item = (&'a SurfaceSample, CameraSample)>,
+        samples: impl Iterator<Item = (&'a SurfaceSample, Option<CameraSample>)>,
     ) {
         // In the processor's registers, one leaf after the other.
         let (weight, mut leaf, mut in_leaf) = (self.run.weight, self.leaf, self.in_leaf);
+        let mut count = 0;
         for (surface, camera) in samples {
             leaf.add(weight, surface, camera);
             in_leaf += 1;
-            self.run.samples += 1;
+            count += 1;
             if in_leaf == PixelSum::LEAF {
                 self.leaf = leaf;
                 self.next_leaf();
@@ -308,6 +358,7 @@ impl TileLayers {
             }
         }
         (self.leaf, self.in_leaf) = (leaf, in_leaf);
+        self.run.samples += count;
     }
 
     /// Counts samples for Cryptomattes.
@@ -330,12 +381,10 @@ impl TileLayers {
         let (Some(pixel), set) = (self.open.filter(|_| samples > 0), self.pixels.set) else {
             return;
         };
-        let count = if weight < 0.0 { -samples } else { samples };
-        let all = self.pixels.mattes.iter_mut().zip(mattes);
-        for ((coverage, id), layer) in all.zip(Layer::MATTES) {
-            if set.contains(layer) {
-                coverage.add(pixel, id, count, weight.abs());
-            }
+        if set.has_mattes() {
+            let count = if weight < 0.0 { -samples } else { samples };
+            let coverage = &mut self.pixels.coverage;
+            coverage.add(pixel, mattes, count, weight.abs());
         }
     }
 
@@ -353,44 +402,25 @@ impl TileLayers {
         }
     }
 
-    /// Pools what has been added to the last pixel.
-    #[inline(never)]
+    /// Pools what has been added to the last pixel, and has all pixels.
     pub(in super::super) fn close(&mut self) {
+        self.close_pixel();
+        self.pixels.make_room(self.count);
+    }
+
+    #[inline(never)]
+    fn close_pixel(&mut self) {
         self.end_run();
         let mut all = self.leaf.sums(&self.space);
         self.leaf = Leaf::default();
         self.leaves.take_into(&mut all);
         self.leaves_of_light.take_into(&mut self.leaf_of_light);
         if let Some(index) = self.open {
-            let (sums, lights) = self.pixels.of(index as usize);
-            for (sum, place) in sums.iter_mut().zip(&self.wanted) {
-                *sum += all.sums()[usize::from(*place)];
-            }
-            add(lights, &self.leaf_of_light.0);
+            self.pixels.add(index as usize, &all, &self.leaf_of_light);
         }
         self.in_leaf = 0;
         self.leaf_of_light.0.fill(0.0);
     }
-}
-
-/// Where the sums of these layers are among all.
-fn wanted(set: LayerSet) -> ArrayVec<u8, { 4 * ROWS }> {
-    let places = |layer: Layer| {
-        let first = match layer {
-            Layer::Albedo => SURFACE,
-            Layer::Normal => SURFACE + 4,
-            Layer::Position => POSITION,
-            Layer::Uv => POSITION + 4,
-            Layer::Depth => CAMERA,
-            Layer::Coc => CAMERA + 1,
-            Layer::Motion => CAMERA + 2,
-            Layer::Material | Layer::Instance | Layer::Lights | Layer::Alpha => 0,
-        };
-        first as u8..(first + layer.sums()) as u8
-    };
-    (0..SHARED as u8)
-        .chain(set.iter().flat_map(places))
-        .collect()
 }
 
 fn add_lights(sums: &mut [f64], lights: impl Iterator<Item = DVec3>) {
@@ -460,7 +490,7 @@ mod tests {
     fn blocks_of_any_power_of_two_make_the_same_bits() {
         let sums = |tile: &Tile| {
             let mut pixels = tile.layers.as_ref().unwrap().pixels.clone();
-            pixels.mattes = pixels.mattes.map(|coverage| coverage.canonical());
+            pixels.coverage = pixels.coverage.canonical();
             pixels
         };
         for count in [1, 17, 100, 1000] {
@@ -474,6 +504,27 @@ mod tests {
                 assert_eq!(joined, whole, "{count} in {size}");
             }
         }
+    }
+
+    #[test]
+    fn pixels_come_in_any_order() {
+        let layers_of = |order: &[u32]| {
+            let mut layers = TileLayers::new(all(), 4).unwrap();
+            for &number in order {
+                layers.open(UVec2::new(number, 0), || Some(number as usize));
+                let surface = surface(number);
+                let sample = sample(number, &surface);
+                layers.add(0.5, Some(Some(&sample)), &[Rgb::splat(0.1)]);
+            }
+            layers.close();
+            layers.pixels.coverage = layers.pixels.coverage.canonical();
+            layers.pixels
+        };
+        let in_order = layers_of(&[0, 2, 2, 3]);
+        assert_eq!(layers_of(&[2, 0, 3, 2]), in_order);
+        assert_eq!(layers_of(&[3, 2, 0, 2]), in_order);
+        assert!(in_order.pixel(1).iter().all(|sum| *sum == 0.0));
+        assert_eq!(in_order.row(0, 4).len(), in_order.sums.len());
     }
 
     #[test]
@@ -504,7 +555,12 @@ mod tests {
         tile.pixels
             .add_light(0, [DVec3::ZERO, DVec3::ONE].into_iter());
         let mut layers = ImageLayers::new(all(), 1);
-        layers.develop(&tile.pixels, &[Some(0)], 2.0);
+        let row = SharedRow {
+            own: 0,
+            other: 0,
+            pixels: 1,
+        };
+        layers.develop(&tile.pixels, &[row], 2.0);
         let third = 2.0 / 3.0;
         let expected = [
             (surface.albedo().as_dvec3() * third)

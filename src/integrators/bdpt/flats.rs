@@ -67,7 +67,7 @@ impl Flats {
     /// Finds all points.
     pub(super) fn resolve(&mut self, world: &World) {
         let count = self.count();
-        self.hits.resolve(count);
+        self.hits.resolve(count, false);
         self.vertices.place(&self.hits);
         for i in 0..count {
             if let Some(found) = self.hits.grazing(i)

@@ -204,7 +204,8 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
     /// Finds where on flat triangles the hits are.
     fn resolve_flats(&mut self, wave: &mut Wave) {
         let count = wave.mattes.vertices.count();
-        wave.flats.resolve(count);
+        let wants_uv = WATCHED && wave.is_looking && wave.wants_uv;
+        wave.flats.resolve(count, wants_uv);
         wave.mattes.vertices.place(&wave.flats);
         for i in 0..count {
             if let Some(found) = wave.flats.grazing(i) {
@@ -218,7 +219,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             let vertices = &wave.mattes.vertices;
             let known = (vertices, &wave.paths.trails[..]);
             let reflectance = |i| Some(vertices.reflectance(i));
-            self.look_at(&mut wave.flats.bare, known, wave.wants_uv, reflectance);
+            self.look_at(&wave.flats.bare, known, wave.wants_uv, reflectance);
         }
     }
 
@@ -228,24 +229,19 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         wave.coated.vertices.place_smooth(&wave.smooth);
         if WATCHED && wave.is_looking {
             let known = (&wave.coated.vertices, &wave.paths.trails[..]);
-            self.look_at(&mut wave.smooth.bare, known, wave.wants_uv, |_| None);
+            self.look_at(&wave.smooth.bare, known, wave.wants_uv, |_| None);
         }
     }
 
     /// Looks at triangles, for layers: at all `vertices` that there are.
     fn look_at<S: Scatterer>(
         &mut self,
-        bare: &mut BareHits<WAVE>,
+        bare: &BareHits<WAVE>,
         (vertices, trails): (&Vertices<S, WAVE>, &[Trail]),
         wants_uv: bool,
         reflectance: impl Fn(usize) -> Option<Rgb>,
     ) {
-        if wants_uv {
-            bare.find_parameters(vertices.count());
-        }
-        // There are no more, as the compiler does not know: so no index is checked.
-        for i in 0..vertices.count().min(WAVE) {
-            let path = vertices.path(i);
+        for (i, path) in vertices.paths().enumerate() {
             let looks = |sight: &&mut Sight| trails[path].is_seen && sight.is_looking();
             let Some(sight) = sight(&mut self.bundle.paths[path]).filter(looks) else {
                 continue;

@@ -222,6 +222,6 @@ fn add<const WATCHED: bool>(
     let path = gain.path as usize;
     trails[path].radiance += gain.light;
     if WATCHED && let Some(watch) = &mut paths[path].watch {
-        watch.part(world.light_layer(Some(gain.from)), gain.light);
+        watch.part(|| world.light_layer(Some(gain.from)), gain.light);
     }
 }

@@ -132,7 +132,7 @@ const BINS: [usize; 2] = [16, 32];
 
 fn bin(d: Vec3) -> usize {
     let height = ((1.0 - d.z) * 0.5 * BINS[0] as f32) as usize;
-    let turn = (crate::lights::turns(d.x, d.y) * BINS[1] as f32) as usize;
+    let turn = (crate::math::angle::turns(d.x, d.y) * BINS[1] as f32) as usize;
     height.min(BINS[0] - 1) * BINS[1] + turn.min(BINS[1] - 1)
 }
 
