@@ -26,6 +26,12 @@ pub struct ClosestHit {
 }
 
 impl ClosestHit {
+    /// Returns `true` if it is of a triangle.
+    #[cfg(test)]
+    pub(crate) fn is_triangle(&self) -> bool {
+        self.id.is_triangle()
+    }
+
     /// How far along the ray it is.
     pub fn t(&self) -> f32 {
         self.t

@@ -5,7 +5,7 @@ use crate::math::UVec2;
 /// Pixels side by side that two rectangles have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SharedRow {
-    /// The first one's [index](PixelBounds::index) in either.
+    /// The first one's [index](PixelBounds::index) in this rectangle.
     pub own: usize,
     /// In the other rectangle.
     pub other: usize,

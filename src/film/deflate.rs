@@ -3,7 +3,7 @@
 //! Made for bytes that repeat every second byte or are noise: OpenEXR's differences of the even and of the odd bytes of numbers, where a number that
 //! is the same in the next pixel repeats its two bytes. So nothing is searched for but what is equal to the byte before the last, and all else is literal
 //! bytes in Huffman codes of their own for every 64 KiB. With layers that takes a quarter to two fifths of the time of zlib's least effort, for files up to
-//! 9 % longer, with colors alone a tenth to a fifth of it, for 1 % (docs/notes/performance.md, "EXR blocks", with the crates that were tried).
+//! a tenth longer, with colors alone a tenth to a fifth of it, for 1 % (docs/notes/performance.md, "EXR blocks", with the crates that were tried).
 
 use std::ops::Range;
 
@@ -16,6 +16,9 @@ const LONGEST: usize = 11;
 /// Literals, the end of a block and lengths (RFC 1951 §3.2.5).
 const SYMBOLS: usize = 286;
 const END: usize = 256;
+
+/// From so many literals on, not all of them are counted.
+const MANY: u32 = 1 << 12;
 
 /// The longest length.
 const MAX_LENGTH: u32 = 258;
@@ -157,17 +160,23 @@ impl<'a> Iterator for Parts<'a> {
     }
 }
 
-/// How often each symbol is used. Of eight literals four are counted, twice, which makes codes as good in half the time; and one more of each, so that all
-/// have a code.
+/// How often each symbol is used. Where they are many, four of eight literals are counted, twice, in half the time, and one more of each, so that all have
+/// a code: codes are hardly longer.
 #[inline(always)]
 fn counts(data: &[u8], start: usize, tokens: &[Token]) -> [u32; SYMBOLS] {
+    let are_many = { tokens.iter() }.map(|token| token.literals).sum::<u32>() >= MANY;
     // Two tables: a processor waits where it counts the same twice in a row.
     let mut tables = [[0; SYMBOLS]; 2];
     for (literals, repeated) in parts(data, start, tokens) {
         let (eights, rest) = literals.as_chunks::<8>();
         for eight in eights {
-            for (i, &byte) in eight.iter().take(4).enumerate() {
-                tables[i % 2][usize::from(byte)] += 2;
+            let (counted, others) = eight.split_at(4);
+            let weight = if are_many { 2 } else { 1 };
+            for (i, &byte) in counted.iter().enumerate() {
+                tables[i % 2][usize::from(byte)] += weight;
+            }
+            for &byte in others.iter().filter(|_| !are_many) {
+                tables[0][usize::from(byte)] += 1;
             }
         }
         for &byte in rest {
@@ -179,7 +188,7 @@ fn counts(data: &[u8], start: usize, tokens: &[Token]) -> [u32; SYMBOLS] {
     }
     let [mut counts, others] = tables;
     for (i, (count, other)) in counts.iter_mut().zip(others).enumerate() {
-        *count += other + u32::from(i < END);
+        *count += other + u32::from(are_many && i < END);
     }
     counts[END] = 1;
     counts
@@ -494,6 +503,18 @@ mod tests {
             let between = [&noise(20)[..], &pairs, &noise(9)].concat();
             round_trip(&between);
         }
+    }
+
+    /// Literals that are not counted have long codes: the most that a block may take.
+    #[test]
+    fn what_is_not_counted_comes_back() {
+        let byte = |i: u64| match i % 8 {
+            0..4 => (i % 3) as u8,
+            _ => 128 | mix2(i, 2) as u8,
+        };
+        let data: Vec<u8> = (0..200_000).map(byte).collect();
+        assert!(round_trip(&data) < data.len() + 100);
+        assert!(round_trip(&data[..MANY as usize / 2]) < MANY as usize / 2);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A surface point in double precision, in the space of the tree that holds the surface.
 
-use super::quadric::{ObjectSurface, Quadric};
+use super::quadric::Quadric;
 use super::triangle::Triangle;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
@@ -272,7 +272,7 @@ impl Local for Parameters {
     }
 
     fn of_quadric(quadric: &Quadric, o: DVec3, d: DVec3) -> Option<Parameters> {
-        let uv = quadric.form.uv(quadric.object_point(o, d)?);
+        let (_, uv) = quadric.parametric_point(o, d)?;
         Some(Parameters(uv))
     }
 

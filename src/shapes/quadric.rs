@@ -56,7 +56,7 @@ pub trait ObjectSurface {
     fn normal(&self, p: DVec3) -> DVec3 {
         self.at(p).n
     }
-    /// The parameters of a point next to the surface, alone, for layers: with an absolute error below 1e-6, for a call of `atan2` and one of `acos` take
+    /// The parameters of a point next to the surface, alone, for layers: with an absolute error below 2e-6, for a call of `atan2` and one of `acos` take
     /// longer than all else.
     fn uv(&self, p: DVec3) -> Vec2 {
         self.at(p).uv.as_vec2()

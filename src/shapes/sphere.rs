@@ -122,6 +122,11 @@ impl ObjectSurface for Sphere {
 
     fn uv(&self, p: DVec3) -> Vec2 {
         let Vec3 { x, y, z } = (p * (1.0 / self.radius)).as_vec3();
+        let [first, last] = self.polar_range;
+        if (last - first).abs() < 1.0 {
+            // The polar angle's error is more of the range of a narrow band.
+            return self.at(p).uv.as_vec2();
+        }
         let u = turns(x, y) * (TAU / self.swept.phi_max) as f32;
         let polar = turns(z, (x * x + y * y).sqrt());
         Vec2::new(u, self.v(TAU * f64::from(polar)) as f32)

@@ -113,7 +113,8 @@ impl Coverage {
         canonical
     }
 
-    /// Sets the ranks of pixels in `mattes`, where `place` says, of which so many samples have left the lens. It is asked in order.
+    /// Sets the ranks of pixels in `mattes`, where `place` says, of which so many samples have left the lens. `place` is asked
+    /// of one pixel after the other.
     pub(super) fn develop(
         &self,
         mattes: &mut [ImageMatte],

@@ -22,7 +22,7 @@ impl ImageLayer {
             layer,
             channels: vec![vec![0.0; pixels]; layer.channels().len()],
         };
-        let has_means = |layer: &Layer| layer.matte().is_none() && *layer != Layer::Lights;
+        let has_means = |layer: &Layer| !layer.is_matte() && *layer != Layer::Lights;
         set.iter().filter(has_means).map(black).collect()
     }
 

@@ -51,7 +51,7 @@ pub enum Layer {
 }
 
 impl Layer {
-    /// All of them, in the order of their sums.
+    /// All of them, in the order in which they are listed.
     pub const ALL: [Layer; 11] = [
         Layer::Albedo,
         Layer::Normal,
@@ -104,9 +104,8 @@ impl Layer {
         }
     }
 
-    /// Its place among [`Layer::MATTES`].
-    fn matte(self) -> Option<usize> {
-        Layer::MATTES.into_iter().position(|layer| layer == self)
+    fn is_matte(self) -> bool {
+        Layer::MATTES.contains(&self)
     }
 }
 
@@ -188,6 +187,19 @@ impl LayerSet {
             })?;
             Ok(set.with(layer))
         })
+    }
+
+    /// Of these ids of [`Layer::MATTES`] those of layers that are among them, so that nothing else is told apart.
+    #[inline(always)]
+    fn wanted_ids(self, [material, instance]: [MatteId; 2]) -> [MatteId; 2] {
+        let wanted = |layer, id| match self.contains(layer) {
+            true => id,
+            false => MatteId::default(),
+        };
+        [
+            wanted(Layer::Material, material),
+            wanted(Layer::Instance, instance),
+        ]
     }
 
     /// Returns `true` if any is a Cryptomatte.

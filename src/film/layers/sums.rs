@@ -71,8 +71,9 @@ fn add<T: AddAssign + Copy>(sums: &mut [T], more: &[T]) {
 #[derive(Clone, Debug, PartialEq)]
 pub(in super::super) struct LayerPixels {
     pub(in super::super) set: LayerSet,
-    /// Of a pixel there are the [rows](ROWS) that are wanted, and those of light: so many.
+    /// The [rows](ROWS) that are wanted.
     pub(super) rows: ArrayVec<u8, ROWS>,
+    /// How many sums a pixel has: those of the rows, and those of light.
     count: usize,
     pub(in super::super) sums: Vec<f64>,
     /// Of [`Layer::MATTES`].
@@ -184,6 +185,10 @@ impl LayerPixels {
 
     /// Adds those of the same pixels.
     pub(in super::super) fn join(&mut self, right: &LayerPixels) {
+        // One that is not closed has not all pixels.
+        if self.sums.len() < right.sums.len() {
+            self.sums.resize(right.sums.len(), 0.0);
+        }
         add(&mut self.sums, &right.sums);
         self.coverage.merge(&right.coverage, Some);
     }
@@ -384,7 +389,7 @@ impl TileLayers {
         if set.has_mattes() {
             let count = if weight < 0.0 { -samples } else { samples };
             let coverage = &mut self.pixels.coverage;
-            coverage.add(pixel, mattes, count, weight.abs());
+            coverage.add(pixel, set.wanted_ids(mattes), count, weight.abs());
         }
     }
 
@@ -504,6 +509,25 @@ mod tests {
                 assert_eq!(joined, whole, "{count} in {size}");
             }
         }
+    }
+
+    #[test]
+    fn things_that_nobody_asks_for_are_not_told_apart() {
+        let coverage_of = |instances: [&str; 3]| {
+            let mut layers = TileLayers::new(LayerSet::NONE.with(Layer::Material), 1).unwrap();
+            layers.open(UVec2::ZERO, || Some(0));
+            let surface = surface(0);
+            for instance in instances {
+                let sample = LayerSample {
+                    mattes: ["grass", instance].map(MatteId::of),
+                    ..sample(0, &surface)
+                };
+                layers.add(1.0, Some(Some(&sample)), &[]);
+            }
+            layers.close();
+            layers.pixels.coverage
+        };
+        assert_eq!(coverage_of(["a", "b", "c"]), coverage_of(["a", "a", "a"]));
     }
 
     #[test]
