@@ -4,15 +4,16 @@
 //! (`docs/notes/performance.md`, "EXR blocks"): with ten of them and 8 samples a pixel that would be a quarter of a render's time.
 
 use super::deflate;
-use crate::math::instruction_set::{Instructions, Kernel, vectorize};
+use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 
 /// Compresses pixels whose numbers are little-endian: their bytes of even and of odd places apart, of these the differences,
 /// of these a zlib stream (OpenEXR, "File Layout", section on compression; `ImfZip.cpp` of the reference implementation). What does
 /// not become shorter is stored as it is, by which readers know it.
 pub(super) fn compress(plain: &[u8], memory: &mut Memory) -> Vec<u8> {
-    vectorize::<{ size_of::<u128>() }, _>(Compress { plain, memory })
+    vectorize::<WIDEST, _>(Compress { plain, memory })
 }
 
+/// The computation, for each instruction set.
 struct Compress<'a> {
     plain: &'a [u8],
     memory: &'a mut Memory,

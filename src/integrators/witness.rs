@@ -115,7 +115,7 @@ impl Watch {
         }
     }
 
-    /// The path brings light of this layer, which is asked for only if layers of light are wanted.
+    /// Adds light to its layer, if there are layers of light; only then is `from` called to say which.
     #[inline(always)]
     pub(super) fn part(&mut self, from: impl FnOnce() -> LightLayer, light: Rgb) {
         if let Some(parts) = &mut self.parts {

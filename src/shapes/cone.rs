@@ -77,8 +77,8 @@ impl ObjectSurface for Cone {
             .find(|&(t, p)| t > 0.0 && self.swept.contains(p))
     }
 
-    fn uv(&self, p: DVec3) -> Vec2 {
-        self.swept.rounded_uv(p)
+    fn approximate_uv(&self, p: DVec3) -> Vec2 {
+        self.swept.approximate_uv(p)
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

@@ -64,8 +64,8 @@ impl ObjectSurface for Cylinder {
         Some((t, (across * (r / across.length())).extend(p.z)))
     }
 
-    fn uv(&self, p: DVec3) -> Vec2 {
-        self.swept.rounded_uv(p)
+    fn approximate_uv(&self, p: DVec3) -> Vec2 {
+        self.swept.approximate_uv(p)
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

@@ -68,9 +68,9 @@ impl ObjectSurface for Disk {
         inside.then_some((t, p))
     }
 
-    fn uv(&self, p: DVec3) -> Vec2 {
+    fn approximate_uv(&self, p: DVec3) -> Vec2 {
         let v = (self.radius - p.truncate().length()) / (self.radius - self.inner_radius);
-        Vec2::new(self.swept.rounded_uv(p).x, v as f32)
+        Vec2::new(self.swept.approximate_uv(p).x, v as f32)
     }
 
     fn at(&self, p: DVec3) -> ObjectPoint {

@@ -74,8 +74,8 @@ macro_rules! shape_types {
                 match self { $(Form::$Quadric(shape) => shape.normal(p),)* }
             }
 
-            fn uv(&self, p: DVec3) -> Vec2 {
-                match self { $(Form::$Quadric(shape) => shape.uv(p),)* }
+            fn approximate_uv(&self, p: DVec3) -> Vec2 {
+                match self { $(Form::$Quadric(shape) => shape.approximate_uv(p),)* }
             }
 
             fn bounds(&self) -> (DVec3, DVec3) {

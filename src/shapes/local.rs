@@ -45,7 +45,7 @@ pub struct LocalSurface {
     pub face: u32,
 }
 
-/// A point of a surface with its normals and its parameters (u, v), for layers: those of quadrics are [rounded](super::quadric::ObjectSurface::uv).
+/// A point of a surface with its normals and its parameters (u, v), for layers: those of quadrics are [approximate](super::quadric::ObjectSurface::approximate_uv).
 #[derive(Clone, Copy, Debug)]
 pub struct ParametricPoint {
     /// The point.

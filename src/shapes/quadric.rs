@@ -58,7 +58,7 @@ pub trait ObjectSurface {
     }
     /// The parameters of a point next to the surface, alone, for layers: with an absolute error below 2e-6, for a call of `atan2` and one of `acos` take
     /// longer than all else.
-    fn uv(&self, p: DVec3) -> Vec2 {
+    fn approximate_uv(&self, p: DVec3) -> Vec2 {
         self.at(p).uv.as_vec2()
     }
 
@@ -151,7 +151,7 @@ impl Quadric {
         }
     }
 
-    /// That point, with its normals, and its [parameters](ObjectSurface::uv).
+    /// That point, with its normals, and its [parameters](ObjectSurface::approximate_uv).
     pub fn parametric_point(&self, o: DVec3, d: DVec3) -> Option<(LocalPoint, Vec2)> {
         let (point, p) = match &self.ball {
             Some(ball) => {
@@ -166,7 +166,7 @@ impl Quadric {
                 (self.point_of(p), p)
             }
         };
-        Some((point, self.form.uv(p)))
+        Some((point, self.form.approximate_uv(p)))
     }
 
     /// `p`, a point of it in object space, with its normals.
@@ -338,8 +338,8 @@ impl Swept {
         )
     }
 
-    /// The same for [`ObjectSurface::uv`].
-    pub(super) fn rounded_uv(&self, p: DVec3) -> Vec2 {
+    /// The same for [`ObjectSurface::approximate_uv`].
+    pub(super) fn approximate_uv(&self, p: DVec3) -> Vec2 {
         // Not too large or small for single precision.
         let scale = 1.0 / p.x.abs().max(p.y.abs());
         let [x, y] = [p.x, p.y].map(|x| if scale.is_finite() { x * scale } else { 0.0 });

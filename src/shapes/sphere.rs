@@ -120,7 +120,7 @@ impl ObjectSurface for Sphere {
         p / self.radius
     }
 
-    fn uv(&self, p: DVec3) -> Vec2 {
+    fn approximate_uv(&self, p: DVec3) -> Vec2 {
         let Vec3 { x, y, z } = (p * (1.0 / self.radius)).as_vec3();
         let [first, last] = self.polar_range;
         if (last - first).abs() < 1.0 {

@@ -1,7 +1,8 @@
 //! The layers of an image, made of the [sums](super::sums) of its pixels.
 
 use super::coverage::ImageMatte;
-use super::sums::{self, ALBEDO, LayerPixels, NORMAL, SAMPLES, SEEN};
+use super::rows::{self, ALBEDO, NORMAL, SAMPLES, SEEN};
+use super::sums::LayerPixels;
 use super::{Layer, LayerSet, light_channels};
 use crate::film::SharedRow;
 use crate::math::{DVec3, Rgb};
@@ -96,26 +97,28 @@ impl ImageLayers {
         let count = pixels.count();
         for row in rows {
             let sums = pixels.row(row.own, row.pixels);
-            let mut done = 0;
-            for sums in sums.chunks(SOME * count) {
-                let shares = Shares::new(sums, count);
-                let some = sums.len() / count;
-                let values = row.other + done..row.other + done + some;
-                for (i, which) in pixels.rows.iter().enumerate() {
-                    let which = usize::from(*which);
-                    let means = means(sums, count, (i, which), &shares);
-                    for (channel, place) in self.channels_of_row(which) {
-                        let values = channel.get_mut(values.clone()).unwrap_or_default();
-                        for (value, mean) in values.iter_mut().zip(&means[place]) {
-                            *value = *mean;
-                        }
-                    }
-                }
-                done += some;
+            for (i, sums) in sums.chunks(TOGETHER * count).enumerate() {
+                self.develop_means(pixels, sums, row.other + i * TOGETHER);
             }
             if !self.lights.is_empty() {
-                for (i, sums) in sums.chunks_exact(pixels.count()).enumerate() {
+                for (i, sums) in sums.chunks_exact(count).enumerate() {
                     self.develop_lights(row.other + i, sums, scale);
+                }
+            }
+        }
+    }
+
+    /// Sets pixels from number `first` on to the means of these sums of `pixels`, of [some](TOGETHER) of them at most.
+    fn develop_means(&mut self, pixels: &LayerPixels, sums: &[f64], first: usize) {
+        let count = pixels.count();
+        let (shares, range) = (Shares::new(sums, count), first..first + sums.len() / count);
+        for (i, which) in pixels.rows.iter().enumerate() {
+            let which = usize::from(*which);
+            let means = means(sums, count, (i, which), &shares);
+            for (channel, place) in self.channels_of_row(which) {
+                let values = channel.get_mut(range.clone()).unwrap_or_default();
+                for (value, mean) in values.iter_mut().zip(&means[place]) {
+                    *value = *mean;
                 }
             }
         }
@@ -124,7 +127,7 @@ impl ImageLayers {
     /// The channels whose sums are in this row, with their places in there.
     fn channels_of_row(&mut self, which: usize) -> impl Iterator<Item = (&mut [f32], usize)> {
         let means = self.means.iter_mut().filter_map(move |mean| {
-            let (row, place) = sums::place(mean.layer)?;
+            let (row, place) = rows::place(mean.layer)?;
             (row == which).then_some((mean, place))
         });
         means.flat_map(|(mean, place)| {
@@ -167,20 +170,20 @@ impl ImageLayers {
 }
 
 /// Pixels that are developed together: a row of a tile.
-const SOME: usize = 16;
+const TOGETHER: usize = 16;
 
 /// The shares of pixels that a sample has which is seen, and one that meets a surface.
 struct Shares {
-    of_seen: [f64; SOME],
-    of_hit: [f64; SOME],
+    of_seen: [f64; TOGETHER],
+    of_hit: [f64; TOGETHER],
 }
 
 impl Shares {
     /// Of some pixels with so many sums each.
     fn new(sums: &[f64], count: usize) -> Shares {
         let mut shares = Shares {
-            of_seen: [0.0; SOME],
-            of_hit: [0.0; SOME],
+            of_seen: [0.0; TOGETHER],
+            of_hit: [0.0; TOGETHER],
         };
         let share = |over: f64| if over > 0.0 { 1.0 / over } else { 0.0 };
         let both = shares.of_seen.iter_mut().zip(&mut shares.of_hit);
@@ -200,14 +203,14 @@ fn means(
     count: usize,
     (i, which): (usize, usize),
     shares: &Shares,
-) -> [[f32; SOME]; 4] {
+) -> [[f32; TOGETHER]; 4] {
     // A filter with negative lobes may go beyond.
     let (shares, limits) = match which {
         0 | ALBEDO => (&shares.of_seen, Some([0.0, 1.0])),
         NORMAL => (&shares.of_seen, Some([-1.0, 1.0])),
         _ => (&shares.of_hit, None),
     };
-    let mut means = [[0.0; SOME]; 4];
+    let mut means = [[0.0; TOGETHER]; 4];
     for (pixel, (share, sums)) in shares.iter().zip(sums.chunks_exact(count)).enumerate() {
         if let Some(sums) = sums.get(4 * i..4 * i + 4) {
             for (means, sum) in means.iter_mut().zip(sums) {

@@ -7,6 +7,7 @@ mod coverage;
 mod cryptomatte;
 mod growing;
 mod image_layers;
+mod rows;
 mod sample;
 mod sums;
 
@@ -216,13 +217,13 @@ impl LayerSet {
         4 * self.rows().count() + 3 * self.lights()
     }
 
-    /// The [rows](sums::ROWS) of sums that are wanted: the shared one first.
+    /// The [rows](rows::ROWS) of sums that are wanted: the shared one first.
     fn rows(self) -> impl Iterator<Item = usize> {
         let has = move |row: usize| {
-            let mut places = self.iter().filter_map(sums::place);
+            let mut places = self.iter().filter_map(rows::place);
             row == 0 || places.any(|(own, _)| own == row)
         };
-        (0..sums::ROWS).filter(move |row| has(*row))
+        (0..rows::ROWS).filter(move |row| has(*row))
     }
 
     /// Bytes of a pixel's sums, where a pixel of a matte shows two things.

@@ -241,7 +241,7 @@ const SHAPES: &str = r#"
 
 #[test]
 fn parameters_are_those_of_the_whole_surface() {
-    // Those of quadrics to what is promised (`ObjectSurface::uv`).
+    // Those of quadrics to what is promised (`ObjectSurface::approximate_uv`).
     let is_same = |found: &ClosestHit, a: Vec2, b: Vec2| match found.is_triangle() {
         true => a.to_array().map(f32::to_bits) == b.to_array().map(f32::to_bits),
         false => a.abs_diff_eq(b, 2e-6),
