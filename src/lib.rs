@@ -141,6 +141,7 @@ mod parts {
     pub mod math;
     pub mod media;
     pub mod output;
+    pub mod pages;
     pub mod params;
     pub mod render;
     pub mod samplers;

@@ -5,7 +5,7 @@
 //! temporary name in the same folder and renamed.
 
 use std::fs::{DirEntry, File, OpenOptions};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, Cursor, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::NamedTempFile;
@@ -120,14 +120,137 @@ pub fn check_room(_path: &Path, _needed: u64) -> Result<(), OutputError> {
 /// # Errors
 /// See [`check`]; also a full disk.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let written = match Target::of(path)? {
-        Target::Stream => {
-            let stream = OpenOptions::new().write(true).open(path);
-            stream.and_then(|mut stream| stream.write_all(bytes))
+    let mut file = Draft::begin(path)?;
+    let written = file.write_all(bytes);
+    written.map_err(|source| io_error(path, source))?;
+    file.finish()
+}
+
+/// A file that is being written, in any order. Nothing is seen of it until it is finished, and nothing stays of it if it never is.
+pub struct Draft {
+    path: PathBuf,
+    place: Place,
+}
+
+/// Where the bytes are until then.
+enum Place {
+    /// On the disk of the target.
+    Disk(Temporary, PathBuf),
+    /// In memory, for pipes and devices, in which one cannot go back.
+    Memory(Cursor<Vec<u8>>),
+}
+
+enum Temporary {
+    /// A file without a name.
+    Unnamed(File),
+    /// A file with a temporary one.
+    Named(NamedTempFile),
+}
+
+impl Draft {
+    /// An empty file, which is to be what [`write()`] makes.
+    ///
+    /// # Errors
+    /// See [`check`].
+    pub fn begin(path: &Path) -> Result<Draft, OutputError> {
+        let place = match Target::of(path)? {
+            Target::Stream => Place::Memory(Cursor::default()),
+            Target::File(target) => {
+                let folder = folder_of(&target, path)?;
+                let file = match unnamed(folder) {
+                    Some(file) => Ok(Temporary::Unnamed(file)),
+                    None => named(folder).map(Temporary::Named),
+                };
+                let file = file.and_then(|file| file.with_permissions_of(&target));
+                Place::Disk(file.map_err(|source| io_error(path, source))?, target)
+            }
+        };
+        let path = path.to_owned();
+        Ok(Draft { path, place })
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// See [`write()`].
+    pub fn finish(self) -> Result<(), OutputError> {
+        let done = match self.place {
+            Place::Memory(bytes) => {
+                let stream = OpenOptions::new().write(true).open(&self.path);
+                stream.and_then(|mut stream| stream.write_all(bytes.get_ref()))
+            }
+            Place::Disk(file, target) => file.persist(&target, folder_of(&target, &self.path)?),
+        };
+        done.map_err(|source| io_error(&self.path, source))
+    }
+
+    fn bytes(&mut self) -> &mut dyn WriteAnywhere {
+        match &mut self.place {
+            Place::Disk(file, _) => file.file_mut(),
+            Place::Memory(bytes) => bytes,
         }
-        Target::File(target) => replace(&target, folder_of(&target, path)?, bytes),
-    };
-    written.map_err(|source| io_error(path, source))
+    }
+}
+
+impl Write for Draft {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.bytes().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.bytes().flush()
+    }
+}
+
+impl Seek for Draft {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.bytes().seek(to)
+    }
+}
+
+trait WriteAnywhere: Write + Seek {}
+
+impl<W: Write + Seek> WriteAnywhere for W {}
+
+impl Temporary {
+    fn file_mut(&mut self) -> &mut File {
+        match self {
+            Temporary::Unnamed(file) => file,
+            Temporary::Named(file) => file.as_file_mut(),
+        }
+    }
+
+    /// With those of a file that it will replace.
+    fn with_permissions_of(mut self, target: &Path) -> io::Result<Temporary> {
+        if let Ok(found) = target.metadata() {
+            self.file_mut().set_permissions(found.permissions())?;
+        }
+        Ok(self)
+    }
+
+    /// Makes it the file `target` in `folder`.
+    fn persist(mut self, target: &Path, folder: &Path) -> io::Result<()> {
+        self.file_mut().sync_all()?;
+        match self {
+            Temporary::Unnamed(file) => match link(&file, target, folder) {
+                Ok(()) => {}
+                Err(_) => return copy(file, target, folder),
+            },
+            Temporary::Named(file) => {
+                file.persist(target).map_err(|e| e.error)?;
+            }
+        }
+        sync(folder);
+        Ok(())
+    }
+}
+
+/// Makes a file that cannot get a name the file `target` in `folder`.
+fn copy(mut file: File, target: &Path, folder: &Path) -> io::Result<()> {
+    let mut copy = Temporary::Named(named(folder)?).with_permissions_of(target)?;
+    file.rewind()?;
+    io::copy(&mut file, copy.file_mut())?;
+    copy.persist(target, folder)
 }
 
 /// As [`write()`], but an existing file is not replaced.
@@ -150,15 +273,15 @@ pub fn create(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 }
 
 /// Writes a file that could not be written to `path` to the current folder instead, or to the folder for temporary
-/// files; if a file of its name exists there, a number is appended. Returns its new path.
-pub fn rescue(path: &Path, bytes: &[u8]) -> Option<PathBuf> {
+/// files; if a file of its name exists there, a number is appended. `write` writes to a path and tells whether it could. Returns the new path.
+pub fn rescue(path: &Path, write: impl Fn(&Path) -> bool) -> Option<PathBuf> {
     const MAX_NAMES: usize = 1000;
     let name = Path::new(path.file_name()?);
     let folders = [std::env::current_dir().ok(), Some(std::env::temp_dir())];
     folders.into_iter().flatten().find_map(|folder| {
         let places = (1..=MAX_NAMES).map(|number| folder.join(numbered(name, number)));
         let free = { places }.find(|place| place.symlink_metadata().is_err())?;
-        write(&free, bytes).ok().map(|()| free)
+        write(&free).then_some(free)
     })
 }
 
@@ -239,29 +362,6 @@ fn folder_of<'a>(target: &'a Path, path: &Path) -> Result<&'a Path, OutputError>
     }
 }
 
-fn replace(target: &Path, folder: &Path, bytes: &[u8]) -> io::Result<()> {
-    let permissions = target.metadata().ok().map(|found| found.permissions());
-    let fill = |mut file: &File| {
-        if let Some(permissions) = &permissions {
-            file.set_permissions(permissions.clone())?;
-        }
-        file.write_all(bytes)?;
-        file.sync_all()
-    };
-    if let Some(file) = unnamed(folder) {
-        fill(&file)?;
-        if link(&file, target, folder).is_ok() {
-            sync(folder);
-            return Ok(());
-        }
-    }
-    let file = named(folder)?;
-    fill(file.as_file())?;
-    file.persist(target).map_err(|e| e.error)?;
-    sync(folder);
-    Ok(())
-}
-
 /// Has the disk keep the names in a folder, so that a file that was reported as written survives a loss of power. Not
 /// all systems can.
 fn sync(folder: &Path) {
@@ -313,7 +413,7 @@ fn clear(folder: &Path) {
 #[cfg(target_os = "linux")]
 fn unnamed(folder: &Path) -> Option<File> {
     use rustix::fs::{Mode, OFlags, open};
-    let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
+    let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
     open(folder, flags, Mode::from_raw_mode(0o666))
         .ok()
         .map(File::from)
@@ -419,12 +519,54 @@ mod tests {
     #[test]
     fn file_systems_without_nameless_files_do_as_well() {
         let folder = tempfile::tempdir().expect("a folder");
-        let mut file = named(folder.path()).expect("a writable folder");
-        file.write_all(b"whole").expect("a writable folder");
-        let path = folder.path().join("a");
-        file.persist(&path).expect("a writable folder");
-        assert_eq!(names(folder.path()), ["a"]);
+        let target = folder.path().join("a");
+        for bytes in ["whole", "another"] {
+            let file = named(folder.path()).map(Temporary::Named);
+            let mut file = file.expect("a writable folder");
+            file.file_mut().write_all(bytes.as_bytes()).expect("room");
+            file.persist(&target, folder.path()).expect("a name");
+            assert_eq!(std::fs::read_to_string(&target).expect("the file"), bytes);
+            assert_eq!(names(folder.path()), ["a"]);
+        }
         drop(named(folder.path()).expect("a writable folder"));
+        assert_eq!(names(folder.path()), ["a"]);
+    }
+
+    /// As where `/proc` is not there: no system call names a file by its number alone.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_file_that_cannot_be_linked_is_copied() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let Some(mut file) = unnamed(folder.path()) else {
+            println!("skipped: this file system has no files without names");
+            return;
+        };
+        file.write_all(b"whole").expect("a writable folder");
+        let target = folder.path().join("a");
+        copy(file, &target, folder.path()).expect("a copy");
+        assert_eq!(std::fs::read(&target).expect("the file"), b"whole");
+        assert_eq!(names(folder.path()), ["a"]);
+    }
+
+    /// Until it is finished nothing is seen of it, and what was there stays.
+    #[test]
+    fn files_are_written_in_any_order() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a");
+        let text = || std::fs::read_to_string(&path).unwrap_or_default();
+        for before in ["", "begin, end"] {
+            let mut file = Draft::begin(&path).expect("a good name");
+            file.write_all(b"....., end").expect("room");
+            file.rewind().expect("a file");
+            file.write_all(b"begin").expect("room");
+            assert_eq!(text(), before);
+            file.finish().expect("a writable folder");
+            assert_eq!(text(), "begin, end");
+        }
+        let mut file = Draft::begin(&path).expect("a good name");
+        file.write_all(b"half").expect("room");
+        drop(file);
+        assert_eq!(text(), "begin, end");
         assert_eq!(names(folder.path()), ["a"]);
     }
 

@@ -9,11 +9,11 @@ use super::collapse::{Plan, Root};
 use super::groups::Groups;
 use super::node::{Cell, Child, MAX_DEPTH, Node};
 use super::packet::{LANES, Packet};
-use super::pages;
 use super::primitive::{Item, PrimitiveId};
 use super::tree::Tree;
 use crate::math::Vec3;
 use crate::math::instruction_set::InstructionSet;
+use crate::pages::ask_for_large;
 use arrayvec::ArrayVec;
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2;
@@ -443,7 +443,7 @@ impl Blocks {
             instructions: InstructionSet::best(),
         };
         // Before the first access: even writing zeros would already map small pages.
-        pages::ask_for_large(tree.cells.spare_capacity_mut());
+        ask_for_large(tree.cells.spare_capacity_mut());
         for block in self.blocks {
             tree.cells.extend_from_slice(&block);
         }

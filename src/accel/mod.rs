@@ -22,7 +22,6 @@ mod level;
 pub mod memory;
 mod node;
 mod packet;
-mod pages;
 mod passage;
 mod primitive;
 mod ray;

@@ -57,7 +57,7 @@ pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
     geometry::check(frame, diagnostics, &budget);
 }
 
-/// Memory per pixel in bytes: its sums, the image, and the encoded file.
+/// Memory per pixel in bytes: its sums and the image.
 const PIXEL_BYTES: u64 = 128;
 
 /// Everything in a frame that is built before its shapes.

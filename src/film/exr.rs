@@ -11,20 +11,20 @@ use super::encoding::half;
 use super::layers::light_channels;
 use super::zip_block;
 use super::{Encoding, FilmMetadata, Image, LayerSet, Photograph};
-use crate::math::{DMat4, Rgb};
+use crate::math::{DMat4, Rgb, UVec2};
 use ::exr::block::BlockIndex;
 use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
-use ::exr::block::writer::{ChunksWriter, write_chunks_with};
+use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
 use ::exr::meta::attribute::{AttributeValue, Chromaticities};
 use ::exr::meta::attribute::{ChannelDescription, SampleType};
 use ::exr::meta::header::Header;
-use ::exr::meta::{BlockDescription, MetaData};
+use ::exr::meta::{BlockDescription, Headers, MetaData};
 use ::exr::prelude::{
     Compression, Error, ImageAttributes, IntegerBounds, LayerAttributes, LineOrder, Text, Vec2,
 };
 use rayon::prelude::*;
 use std::borrow::Cow;
-use std::io::Cursor;
+use std::io::{Cursor, Seek, Write};
 
 /// Names of the channels of [`Image::pixels`].
 pub(super) const CHANNELS: [&str; 3] = ["R", "G", "B"];
@@ -35,15 +35,16 @@ pub(super) const VARIANCES: [&str; 3] = ["var.R", "var.G", "var.B"];
 /// Of [`Image::independent`].
 pub(super) const INDEPENDENT: [&str; 3] = ["independent.R", "independent.G", "independent.B"];
 
-/// Encodes the whole file in memory: lines straight from the image, blocks of them compressed on the rayon pool that this is called from, if any.
+/// Writes a file: lines straight from the image, blocks of them compressed on the rayon pool that this is called from, if any.
 ///
 /// # Errors
-/// Fails if the encoder does, for example for an image without pixels.
+/// Fails if the encoder does, for example for an image without pixels, and if `file` does.
 pub(super) fn encode(
     image: &Image,
     metadata: &FilmMetadata,
     encoding: &Encoding,
-) -> Result<Vec<u8>, Error> {
+    file: &mut (impl Write + Seek),
+) -> Result<(), Error> {
     let channels = channels(image, metadata, encoding);
     let size = image.bounds.size();
     let header = Header::new(
@@ -58,21 +59,14 @@ pub(super) fn encode(
         .with_encoding(Compression::ZIP16, blocks, LineOrder::Increasing)
         .with_attributes(layer_attributes(image, metadata))
         .with_shared_attributes(image_attributes(image));
-    // As much as the file can take, of noise that does not become shorter: of one that grows, two copies would be in memory now and then.
-    let plain = header.channels.bytes_per_pixel * image.pixels.len();
-    let beside = OF_HEADER + OF_BLOCK * header.chunk_count;
-    let mut bytes = Vec::with_capacity(plain + beside);
-    let file = Cursor::new(&mut bytes);
-    write_chunks_with(file, [header].into_iter().collect(), true, |meta, file| {
+    let headers: Headers = [header].into_iter().collect();
+    let beginning = beginning(headers.clone())?;
+    write_chunks_with(&mut *file, headers, true, |meta, file| {
         compress(image, &channels, &meta, file)
     })?;
-    sort_attributes(&mut bytes)?;
-    Ok(bytes)
+    file.rewind()?;
+    Ok(file.write_all(&beginning)?)
 }
-
-/// Bytes of a header without mattes, and of a block its place in the file, first line and length (OpenEXR, "File Layout").
-const OF_HEADER: usize = 1 << 14;
-const OF_BLOCK: usize = 16;
 
 /// A channel of the file.
 struct Channel<'a> {
@@ -155,19 +149,22 @@ fn channels<'a>(
         };
         names.iter().enumerate().map(channel)
     });
-    let means = image.layers.means.iter().map(|mean| {
-        let halves = encoding.halves(Some(mean.layer));
-        (mean.layer, &mean.channels[..], halves)
-    });
-    let mattes = image.layers.mattes.iter();
-    let mattes = mattes.map(|matte| (matte.layer, &matte.channels[..], false));
-    let planes = means.chain(mattes).flat_map(|(layer, planes, halves)| {
-        let channel = move |(name, plane): (&&'static str, &'a Vec<f32>)| Channel {
+    let plane = |halves: bool| {
+        move |(name, plane): (&&'static str, &'a [f32])| Channel {
             name: Cow::Borrowed(name),
             values: Values::Plane(plane),
             halves,
-        };
-        layer.channels().iter().zip(planes).map(channel)
+        }
+    };
+    let means = image.layers.means().flat_map(|mean| {
+        let halves = encoding.halves(Some(mean.layer));
+        let planes = mean.layer.channels().iter().zip(mean.channels());
+        planes.map(plane(halves))
+    });
+    let mattes = image.layers.mattes.iter().flat_map(|matte| {
+        let planes = matte.channels.iter().map(Vec::as_slice);
+        let planes = matte.layer.channels().iter().zip(planes);
+        planes.map(plane(false))
     });
     let lights = metadata.light_layers.iter().zip(&image.layers.lights);
     let lights = lights.flat_map(|(layer, values)| {
@@ -178,13 +175,18 @@ fn channels<'a>(
         };
         light_channels(layer).into_iter().enumerate().map(channel)
     });
-    let mut channels: Vec<_> = own.chain(planes).chain(lights).collect();
+    let mut channels: Vec<_> = own.chain(means).chain(mattes).chain(lights).collect();
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     channels
 }
 
-/// Blocks that a thread compresses between two writes.
-const BLOCKS_OF_THREAD: usize = 4;
+/// Pixels that threads encode at a time, each counted as often as a block of them is in memory: as it is, as it is compressed, as
+/// that is found, and as it is written.
+pub fn pixels_encoded(size: UVec2, threads: usize) -> u64 {
+    const LINES: u64 = 16;
+    let lines = u64::from(size.y).next_multiple_of(LINES);
+    4 * u64::from(size.x) * lines.min(LINES * threads as u64)
+}
 
 /// What a thread uses for one block after the other.
 #[derive(Default)]
@@ -193,7 +195,7 @@ struct Buffers {
     zip: zip_block::Memory,
 }
 
-/// Writes all blocks, in order, some compressed at a time.
+/// Writes all blocks, in order, as many compressed at a time as there are threads.
 fn compress(
     image: &Image,
     channels: &[Channel],
@@ -202,7 +204,7 @@ fn compress(
 ) -> Result<(), Error> {
     let header = meta.headers.first().ok_or_else(broken)?;
     let first_line = header.own_attributes.layer_position.y();
-    let block = |buffers: &mut Buffers, (place, index): (usize, BlockIndex)| {
+    let chunk = |(buffers, (place, index)): (&mut Buffers, (usize, BlockIndex))| {
         fill_block(image, channels, index, &mut buffers.plain);
         let block = CompressedScanLineBlock {
             y_coordinate: first_line + index.pixel_position.y() as i32,
@@ -214,32 +216,21 @@ fn compress(
         };
         (place, chunk)
     };
-    let all = |(blocks, buffers): (&[(usize, BlockIndex)], &mut Buffers)| -> Vec<_> {
-        blocks.iter().map(|place| block(buffers, *place)).collect()
-    };
     // Outside, rayon would start as many threads as RAYON_NUM_THREADS says, even a hundred thousand.
     let threads = rayon::current_thread_index().map(|_| rayon::current_num_threads());
     let mut buffers = Vec::new();
     buffers.resize_with(threads.unwrap_or(1), Buffers::default);
     let mut blocks = meta.enumerate_ordered_header_block_indices();
     loop {
-        let some: Vec<_> = { blocks.by_ref() }
-            .take(BLOCKS_OF_THREAD * buffers.len())
-            .collect();
+        let some: Vec<_> = blocks.by_ref().take(buffers.len()).collect();
         if some.is_empty() {
             return Ok(());
         }
-        let chunks: Vec<Vec<_>> = match threads {
-            Some(_) => { some.par_chunks(BLOCKS_OF_THREAD) }
-                .zip(&mut buffers)
-                .map(all)
-                .collect(),
-            None => { some.chunks(BLOCKS_OF_THREAD) }
-                .zip(&mut buffers)
-                .map(all)
-                .collect(),
+        let chunks: Vec<_> = match threads {
+            Some(_) => buffers.par_iter_mut().zip(some).map(chunk).collect(),
+            None => buffers.iter_mut().zip(some).map(chunk).collect(),
         };
-        for (place, chunk) in chunks.into_iter().flatten() {
+        for (place, chunk) in chunks {
             file.write_chunk(place, chunk)?;
         }
     }
@@ -381,27 +372,30 @@ fn matrix(m: &DMat4) -> [f32; 16] {
     m.to_cols_array().map(|v| v as f32)
 }
 
-/// Sorts the header's attributes alphabetically.
+/// The bytes of a file up to the end of its header's attributes, sorted alphabetically.
 ///
 /// The encoder keeps custom attributes in a hash map and writes them in its order, which differs from run to run; equal
-/// renders must be equal files. The length stays the same, so the offsets after the header remain valid.
-fn sort_attributes(bytes: &mut [u8]) -> Result<(), Error> {
+/// renders must be equal files. The length is the same, so the offsets after the header are, too.
+fn beginning(headers: Headers) -> Result<Vec<u8>, Error> {
     // Four bytes of magic number and four of version come first.
     const START: usize = 8;
+    let mut bytes = Vec::new();
+    let nothing_more = |_, _: &mut ChunkWriter<_>| Err(Error::Aborted);
+    match write_chunks_with(Cursor::new(&mut bytes), headers, true, nothing_more) {
+        Err(Error::Aborted) => {}
+        done => done?,
+    }
     let mut attributes = Vec::new();
     let mut at = START;
     while *bytes.get(at).ok_or_else(broken)? != 0 {
-        let end = attribute_end(bytes, at).ok_or_else(broken)?;
-        attributes.push(bytes.get(at..end).ok_or_else(broken)?.to_vec());
+        let end = attribute_end(&bytes, at).ok_or_else(broken)?;
+        attributes.push(bytes.get(at..end).ok_or_else(broken)?);
         at = end;
     }
     // Each starts with its name and a zero byte, so whole attributes compare like their names.
     attributes.sort();
-    bytes
-        .get_mut(START..at)
-        .ok_or_else(broken)?
-        .copy_from_slice(&attributes.concat());
-    Ok(())
+    let start = bytes.get(..START).ok_or_else(broken)?;
+    Ok([start, &attributes.concat()].concat())
 }
 
 /// The end of the attribute that starts at `start`: name, 0, type, 0, length in four bytes, value.

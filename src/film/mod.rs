@@ -57,6 +57,7 @@ pub use bounds::PixelBounds;
 pub(crate) use bounds::SharedRow;
 pub use developed::{Developed, Kept};
 pub use encoding::Encoding;
+pub use exr::pixels_encoded;
 pub use image::Image;
 pub(crate) use layers::GrowingLayers;
 pub use layers::{
@@ -96,9 +97,9 @@ pub struct Film {
     first_dropped_splat: Option<DroppedSplat>,
 }
 
-/// Bytes that a pixel takes while an image is rendered and written, without and with variances: its color and those, and what of them
-/// is in the file, which does not become smaller by much.
-pub const MEMORY_OF_PIXEL: [u64; 2] = [2 * OF_COLOR, 6 * OF_COLOR];
+/// Bytes that a pixel takes while an image is rendered, without and with variances: its color, and those of its halves. In the file
+/// it has as many before these are compressed.
+pub const MEMORY_OF_PIXEL: [u64; 2] = [OF_COLOR, 3 * OF_COLOR];
 
 /// The same with `--error` or `--time`: in two halves with the tiles of one that are done, or in two halves, in their mean, and in the
 /// image.

@@ -2,20 +2,24 @@
 //! (docs/scene-language.md §4.8).
 
 use super::Image;
+use std::io::{self, Write};
 
-/// Encodes the whole file in memory.
-pub(super) fn encode(image: &Image) -> Vec<u8> {
+/// Writes a file.
+///
+/// # Errors
+/// Those of `file`.
+pub(super) fn encode(image: &Image, file: &mut impl Write) -> io::Result<()> {
     let size = image.bounds.size();
     // A negative scale means little-endian.
-    let mut bytes = format!("PF\n{} {}\n-1\n", size.x, size.y).into_bytes();
+    write!(file, "PF\n{} {}\n-1\n", size.x, size.y)?;
     for y in (0..size.y as usize).rev() {
         for pixel in image.row(y) {
             for v in pixel.to_array() {
-                bytes.extend_from_slice(&v.to_le_bytes());
+                file.write_all(&v.to_le_bytes())?;
             }
         }
     }
-    bytes
+    Ok(())
 }
 
 #[cfg(test)]
@@ -27,7 +31,8 @@ mod tests {
     fn bottom_row_comes_first() {
         let mut image = Image::black(UVec2::new(1, 2));
         image.pixels = vec![Rgb::new(1.0, 2.0, 3.0), Rgb::new(4.0, 5.0, 6.0)];
-        let bytes = encode(&image);
+        let mut bytes = Vec::new();
+        encode(&image, &mut bytes).unwrap();
         let header = b"PF\n1 2\n-1\n";
         assert_eq!(&bytes[..header.len()], header);
         let values: Vec<f32> = bytes[header.len()..]

@@ -3,29 +3,32 @@
 use super::Image;
 use crate::math::color::srgb_from_linear;
 use image::{ExtendedColorType, ImageError, ImageFormat};
-use std::io::Cursor;
+use std::io::{Seek, Write};
 
-/// Encodes the whole file in memory; only the crop window's pixels, whose values are multiplied by `gain`.
+/// Writes a file: only the crop window's pixels, whose values are multiplied by `gain`.
 ///
 /// # Errors
-/// Fails if the format cannot hold the image: TGA is limited to 65535 pixels per side.
-pub(super) fn encode(image: &Image, gain: f32, format: ImageFormat) -> Result<Vec<u8>, ImageError> {
+/// Fails if the format cannot hold the image: TGA is limited to 65535 pixels per side; and if `file` does.
+pub(super) fn encode(
+    image: &Image,
+    gain: f32,
+    format: ImageFormat,
+    file: &mut (impl Write + Seek),
+) -> Result<(), ImageError> {
     let size = image.bounds.size();
     let bytes: Vec<u8> = image
         .pixels
         .iter()
         .flat_map(|p| p.to_array().map(|value| quantize(value * gain)))
         .collect();
-    let mut file = Cursor::new(Vec::new());
     image::write_buffer_with_format(
-        &mut file,
+        file,
         &bytes,
         size.x,
         size.y,
         ExtendedColorType::Rgb8,
         format,
-    )?;
-    Ok(file.into_inner())
+    )
 }
 
 /// 255 × the sRGB curve + ½, clamped and truncated, as pbrt-v3 rounds. NaN becomes 0.

@@ -1,8 +1,9 @@
 //! Writes an image to a file.
 
 use super::{Encoding, FilmMetadata, Image, exr, pfm, png};
-use crate::output::{self, OutputError};
-use image::ImageFormat;
+use crate::output::{self, Draft, OutputError};
+use image::{ImageError, ImageFormat};
+use std::io::{self, BufWriter, IntoInnerError, Seek, Write};
 use std::path::{Path, PathBuf};
 
 /// Why an image could not be written; always names the file.
@@ -112,8 +113,17 @@ pub fn write_as(
     metadata: &FilmMetadata,
     encoding: &Encoding,
 ) -> Result<(), WriteError> {
-    let bytes = encode(path, image, metadata, encoding)?;
-    Ok(output::write(path, &bytes)?)
+    let format = Format::of(path)?;
+    let mut file = BufWriter::new(Draft::begin(path)?);
+    let encoded = encode(format, image, metadata, encoding, &mut file);
+    let encoded =
+        encoded.and_then(|()| Ok(file.into_inner().map_err(IntoInnerError::into_error)?));
+    let path = path.to_owned();
+    match encoded {
+        Ok(file) => Ok(file.finish()?),
+        Err(Stopped::ByDisk(source)) => Err(OutputError::Io { path, source }.into()),
+        Err(Stopped::ByFormat(reason)) => Err(WriteError::Encode { path, reason }),
+    }
 }
 
 /// As [`write_as`], for images that took long to render: where the file cannot be made, it goes to the
@@ -127,29 +137,62 @@ pub fn write_somewhere(
     metadata: &FilmMetadata,
     encoding: &Encoding,
 ) -> Result<(), WriteError> {
-    let bytes = encode(path, image, metadata, encoding)?;
-    output::write(path, &bytes).map_err(|source| match output::rescue(path, &bytes) {
-        Some(place) => WriteError::Elsewhere { source, place },
-        None => WriteError::Output(source),
-    })
+    let write = |path: &Path| write_as(path, image, metadata, encoding);
+    match write(path) {
+        Err(WriteError::Output(source)) => {
+            Err(match output::rescue(path, |place| write(place).is_ok()) {
+                Some(place) => WriteError::Elsewhere { source, place },
+                None => WriteError::Output(source),
+            })
+        }
+        done => done,
+    }
+}
+
+/// Why an image is not in its file.
+enum Stopped {
+    /// What was to be written is not.
+    ByDisk(io::Error),
+    /// The format cannot hold it, in the encoder's words.
+    ByFormat(String),
+}
+
+impl From<io::Error> for Stopped {
+    fn from(error: io::Error) -> Stopped {
+        Stopped::ByDisk(error)
+    }
+}
+
+impl From<::exr::error::Error> for Stopped {
+    fn from(error: ::exr::error::Error) -> Stopped {
+        match error {
+            ::exr::error::Error::Io(error) => Stopped::ByDisk(error),
+            error => Stopped::ByFormat(error.to_string()),
+        }
+    }
+}
+
+impl From<ImageError> for Stopped {
+    fn from(error: ImageError) -> Stopped {
+        match error {
+            ImageError::IoError(error) => Stopped::ByDisk(error),
+            error => Stopped::ByFormat(error.to_string()),
+        }
+    }
 }
 
 fn encode(
-    path: &Path,
+    format: Format,
     image: &Image,
     metadata: &FilmMetadata,
     encoding: &Encoding,
-) -> Result<Vec<u8>, WriteError> {
-    let refused = |reason: String| WriteError::Encode {
-        path: path.to_owned(),
-        reason,
-    };
-    match Format::of(path)? {
-        Format::Exr => exr::encode(image, metadata, encoding).map_err(|e| refused(e.to_string())),
-        Format::Pfm => Ok(pfm::encode(image)),
-        Format::Png => png::encode(image, encoding.gain(), ImageFormat::Png)
-            .map_err(|e| refused(e.to_string())),
-        Format::Tga => png::encode(image, encoding.gain(), ImageFormat::Tga)
-            .map_err(|e| refused(e.to_string())),
+    file: &mut (impl Write + Seek),
+) -> Result<(), Stopped> {
+    match format {
+        Format::Exr => exr::encode(image, metadata, encoding, file)?,
+        Format::Pfm => pfm::encode(image, file)?,
+        Format::Png => png::encode(image, encoding.gain(), ImageFormat::Png, file)?,
+        Format::Tga => png::encode(image, encoding.gain(), ImageFormat::Tga, file)?,
     }
+    Ok(())
 }

@@ -15,7 +15,7 @@ use crate::accel::memory;
 use crate::files::FileError;
 use crate::film::{
     MEMORY_OF_LIT_HALVES, MEMORY_OF_LIT_PIXEL, MEMORY_OF_PASSES, MEMORY_OF_PIXEL,
-    MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS,
+    MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS, pixels_encoded,
 };
 use crate::lights::{Light, MEMORY_OF_EMITTER};
 use crate::materials::Material;
@@ -112,8 +112,8 @@ pub struct Forecast {
 /// A file that cannot be used, by name.
 pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
     let found = Found::of(frame, before)?;
-    let peak = |pixel| {
-        let rendering = found.rendering(pixel);
+    let peak = |bytes: [u64; 2]| {
+        let rendering = found.rendering(bytes);
         let stages = found.before_rendering().into_iter().chain([rendering]);
         let peak = stages.max_by_key(Stage::total);
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
@@ -134,11 +134,14 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
             [MEMORY_OF_LIT_PIXEL + sums + splats, halves, halves]
         }
     };
-    let [pixel, with_variance, in_passes] = pixels.map(|bytes| bytes + image);
+    let [color, variances] = MEMORY_OF_PIXEL;
+    let files = [color, variances, variances];
+    let [without, with_variance, in_passes] =
+        [0, 1, 2].map(|i| peak([pixels[i], files[i]].map(|bytes| bytes + image)));
     Ok(Forecast {
-        peak: peak(pixel)?,
-        with_variance: peak(with_variance)?,
-        in_passes: peak(in_passes)?,
+        peak: without?,
+        with_variance: with_variance?,
+        in_passes: in_passes?,
     })
 }
 
@@ -163,6 +166,8 @@ struct Found {
     /// Lights that shapes form, alone and while the tree is made by which they are chosen.
     lights: [u64; 2],
     pixels: u64,
+    /// Pixels, each as often as it is in memory, that are encoded at a time.
+    encoded: u64,
     /// What threads collect that paths from the lights bring, if any are traced: sums of it are then in each half.
     splat_buffers: u64,
     /// Of an iteration.
@@ -178,6 +183,8 @@ impl Found {
         let shapes = meshes::survey(frame, threads, need_faces)?;
         let entities = (shapes.all * size_of::<ShapeEntity>()) as u64;
         let lights = [size_of::<Light>() as u64, MEMORY_OF_EMITTER];
+        let window = frame.options.film.pixel_bounds();
+        let pixels = window.area() as u64;
         Ok(Found {
             program: before.now.unwrap_or(PROGRAM) + CODE + THREAD * threads as u64,
             reading,
@@ -186,9 +193,9 @@ impl Found {
             light_maps: images::light_maps(&frame.lights)?,
             lights: lights.map(|bytes| bytes * shapes.emitters as u64),
             shapes,
-            pixels: frame.options.film.pixel_bounds().area() as u64,
-            photons: { &frame.options.integrator.spec }
-                .memory(frame.options.film.pixel_bounds().area() as u64),
+            pixels,
+            encoded: pixels_encoded(window.size(), threads),
+            photons: frame.options.integrator.spec.memory(pixels),
             splat_buffers: match may_trace_light(frame) {
                 true => MEMORY_OF_SPLAT_BUFFER * threads as u64,
                 false => 0,
@@ -224,8 +231,8 @@ impl Found {
         ]
     }
 
-    /// With so many bytes a pixel.
-    fn rendering(&self, pixel: u64) -> Stage {
+    /// With so many bytes a pixel, and so many in the file.
+    fn rendering(&self, [pixel, file]: [u64; 2]) -> Stage {
         let parts = [
             (Use::Description, self.rest),
             (Use::Images, self.textures.kept + self.light_maps.kept),
@@ -234,7 +241,7 @@ impl Found {
             (Use::Lights, self.lights[1]),
             (
                 Use::Film,
-                self.pixels * pixel + self.splat_buffers + self.photons,
+                self.pixels * pixel + self.encoded * file + self.splat_buffers + self.photons,
             ),
         ];
         Stage::new("while it is rendered", self.program, &parts)

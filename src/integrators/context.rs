@@ -112,28 +112,32 @@ impl Context<'_> {
     /// Tells the layers of a step of the path, if any are wanted.
     #[inline(always)]
     pub(super) fn look(&mut self, note: impl FnOnce(&mut Sight)) {
-        if let Some(sight) = self.watch.as_mut().and_then(|watch| watch.sight.as_mut()) {
-            note(sight);
+        if let Some(watch) = &mut self.watch {
+            note(&mut watch.sight);
         }
     }
 
     /// What looks at the path, for layers, if they are wanted; and the numbers that the path has next, which it may look on by.
     #[inline(always)]
     pub(super) fn sight(&mut self) -> Option<(&mut Sight, &SampleStream)> {
-        let sight = self.watch.as_mut()?.sight.as_mut()?;
-        Some((sight, self.stream))
+        Some((&mut self.watch.as_mut()?.sight, self.stream))
     }
 
     /// Returns `true` if layers ask for (u, v) of what the path meets next.
     #[inline(always)]
     pub(super) fn wants_parameters(&self) -> bool {
-        let sight = self.watch.as_deref().and_then(|watch| watch.sight.as_ref());
-        sight.is_some_and(Sight::wants_parameters)
+        { self.watch.as_deref() }.is_some_and(|watch| watch.sight.wants_parameters())
     }
 
     /// Returns `true` if layers are wanted, and the path has not told them all yet.
     pub(super) fn is_looked_at(&self) -> bool {
         self.watch.as_deref().is_some_and(Watch::is_looking)
+    }
+
+    /// Returns `true` if the path has told the layers all.
+    #[inline(always)]
+    pub(super) fn has_seen(&self) -> bool {
+        { self.watch.as_deref() }.is_some_and(|watch| watch.sight.is_done())
     }
 
     /// Adds light that the path brings to its layer, if any are wanted; `None`: of no light.
@@ -189,8 +193,8 @@ impl Context<'_> {
 
     /// Reports a ray that is only asked whether something is near.
     pub(super) fn occlusion(&mut self) {
-        if let Some(counts) = self.watch.as_mut().and_then(|watch| watch.counts.as_mut()) {
-            counts.occlusion += 1;
+        if let Some(watch) = &mut self.watch {
+            watch.count(|counts| counts.occlusion += 1);
         }
     }
 

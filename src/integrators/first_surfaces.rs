@@ -17,10 +17,11 @@ use crate::samplers::SampleStream;
 use crate::world::World;
 
 /// Mirrors and panes that are followed; a ray that is caught between more has no albedo.
-const MAX_SPECULAR: u32 = 32;
+const MAX_SPECULAR: u8 = 32;
 
 /// What a camera ray has met.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
 pub struct FirstSurfaces {
     /// The ray's first point on a surface with a material, and the surface's parameters there; and of the first surface that is not
     /// perfectly specular: the estimate of the share of light from everywhere that it sends back, times what those before it let
@@ -33,17 +34,24 @@ pub struct FirstSurfaces {
 }
 
 /// Looks at a path from the camera, up to its first surface that is not perfectly specular.
+///
+/// All that is touched of most paths is in one line of a cache: up to what the first surface is of.
 #[derive(Debug)]
+#[repr(C)]
 pub struct Sight {
     state: State,
     pub(super) wants_uv: bool,
-    /// Perfectly specular surfaces so far, and what they pass on, if there are any.
-    specular: u32,
-    share: Rgb,
+    /// What has been found is known to move.
+    moves: bool,
+    /// Perfectly specular surfaces so far.
+    specular: u8,
     first: FirstSurfaces,
+    /// What these pass on, if there are any.
+    share: Rgb,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+#[repr(u8)]
 enum State {
     /// Along the ray from the camera: nothing has been met.
     Looking,
@@ -55,16 +63,27 @@ enum State {
     Done,
     /// It is known that nothing is met.
     Empty,
+    /// No layers are wanted.
+    Off,
+}
+
+#[cfg(test)]
+impl Sight {
+    /// Bytes up to what most paths do not need.
+    pub(super) const HOT: usize =
+        std::mem::offset_of!(Sight, first) + std::mem::offset_of!(FirstSurfaces, moving);
 }
 
 impl Default for Sight {
+    /// Looks at nothing.
     fn default() -> Sight {
         Sight {
-            state: State::Looking,
+            state: State::Off,
             wants_uv: false,
+            moves: false,
             specular: 0,
-            share: Rgb::ONE,
             first: FirstSurfaces::default(),
+            share: Rgb::ONE,
         }
     }
 }
@@ -169,7 +188,6 @@ impl Sight {
         let first = &mut self.first;
         if self.state == State::Looking {
             first.thing = thing;
-            first.moving = None;
             first.surface.set_p(p);
             first.surface.set_uv(uv);
         }
@@ -212,7 +230,7 @@ impl Sight {
         world.intersect_with(ray, self.wants_parameters())
     }
 
-    /// All is known.
+    /// All is known, or nothing asked for.
     #[inline(always)]
     pub(super) fn is_done(&self) -> bool {
         self.state >= State::Done
@@ -235,8 +253,10 @@ impl Sight {
             false => point.uv,
         });
         first.thing = Thing::new(hit.material, world.geometry.standing(hit));
-        let moves = world.moves() && world.geometry.moves_there(found);
-        first.moving = if moves { Some(*found) } else { None };
+        if world.moves() && world.geometry.moves_there(found) {
+            first.moving = Some(*found);
+            self.moves = true;
+        }
     }
 
     /// Looks no further.
@@ -318,10 +338,19 @@ impl Sight {
         &self.first
     }
 
+    /// Returns `true` if layers are wanted.
+    #[inline(always)]
+    pub(super) fn is_on(&self) -> bool {
+        self.state != State::Off
+    }
+
     /// Looks at another path, and where `wants_uv` is `true` asks for (u, v) of what it meets.
     #[inline(always)]
     pub(super) fn restart(&mut self, wants_uv: bool) {
         (self.state, self.wants_uv, self.specular) = (State::Looking, wants_uv, 0);
+        if self.moves {
+            (self.moves, self.first.moving) = (false, None);
+        }
     }
 }
 
@@ -416,10 +445,8 @@ pub fn first_surfaces(
     stream: SampleStream,
     wants_uv: bool,
 ) -> Option<FirstSurfaces> {
-    let mut sight = Sight {
-        wants_uv,
-        ..Sight::default()
-    };
+    let mut sight = Sight::default();
+    sight.restart(wants_uv);
     let hit = sight.intersect(world, ray);
     sight.follow(world, (ray, hit.as_ref()), differentials, &stream);
     let is_empty = matches!(sight.state, State::Looking | State::Empty);

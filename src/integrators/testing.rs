@@ -2,7 +2,7 @@
 
 use super::context::CameraPath;
 use super::witness::Watch;
-use super::{CameraEnd, Sight, Workspace};
+use super::{CameraEnd, Workspace};
 use crate::cameras::{CameraRay, CameraSample};
 use crate::film::{Layer, LayerSet};
 use crate::math::hash::{mix2, unit_float};
@@ -142,7 +142,7 @@ pub(super) struct Found {
 impl Found {
     fn look(&mut self, watch: Watch) {
         // Bits, but for NaN: each number is printed with as many digits as tell it from others.
-        let known = watch.sight.as_ref().and_then(Sight::known);
+        let known = watch.sight.known();
         self.seen.push(format!("{known:?}"));
         let parts = watch.parts.expect("parts");
         self.parts.push(parts.scaled(Rgb::ONE, 4).collect());

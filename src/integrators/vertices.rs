@@ -87,12 +87,6 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         self.paths[i] as usize
     }
 
-    /// The paths that vertices are of, in their order. There are no more than `N`, as the compiler does not know of every list: so no index is checked.
-    #[inline(always)]
-    pub(super) fn paths(&self) -> impl Iterator<Item = usize> {
-        self.paths.iter().take(N).map(|path| *path as usize)
-    }
-
     /// Adds one, all else of which is set later: its number.
     #[inline(always)]
     fn push(&mut self, path: u32, throughput: Rgb) -> usize {

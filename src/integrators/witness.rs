@@ -1,5 +1,5 @@
-//! Locates the vertex of a path at which its radiance stopped being finite: such a sample is traced again with a
-//! [`Watch`]. Or counts what paths do, or looks at what they meet first.
+//! Looks at what paths meet first, counts what they do, or locates the vertex at which radiance stopped being finite: such a sample is
+//! traced again with a [`Watch`].
 
 use super::counts::Counts;
 use super::{FirstSurfaces, LightParts, Sight};
@@ -27,24 +27,47 @@ pub struct Place {
     pub met: Met,
 }
 
-/// Records where radiance stopped being finite, or counts, or looks.
+/// Looks at paths for layers, or records where radiance stopped being finite, or counts.
+///
+/// Two lines of a cache, the first of which is all that most paths need: of a wave of paths that layers look at it is to stay in the nearest one.
 #[derive(Debug, Default)]
+#[repr(C, align(64))]
 pub struct Watch {
-    last: Option<Place>,
-    wrong: bool,
-    /// If paths are to be counted. Boxed, as `parts`, so that a wave of watches stays in a near cache.
-    pub counts: Option<Box<Counts>>,
-    /// If layers are wanted: what the path meets first. Only integrators that trace a path fill it.
-    pub sight: Option<Sight>,
+    /// What the path meets first, if layers are wanted. Only integrators that trace a path fill it.
+    pub sight: Sight,
     /// If layers of light are wanted: what the path brings, by them.
     pub parts: Option<Box<LightParts>>,
+    /// What is told of every step, if anything is.
+    report: Option<Box<Report>>,
+}
+
+#[derive(Debug)]
+enum Report {
+    Counts(Counts),
+    Offender(Offender),
+}
+
+/// Where radiance stopped being finite.
+#[derive(Debug, Default)]
+struct Offender {
+    last: Option<Place>,
+    wrong: bool,
 }
 
 impl Watch {
     /// One that counts, from `counts` on.
     pub fn counting(counts: Counts) -> Watch {
+        Watch::reporting(Report::Counts(counts))
+    }
+
+    /// One that looks for the [place](Watch::offender) where radiance stops being finite.
+    pub fn searching() -> Watch {
+        Watch::reporting(Report::Offender(Offender::default()))
+    }
+
+    fn reporting(report: Report) -> Watch {
         Watch {
-            counts: Some(Box::new(counts)),
+            report: Some(Box::new(report)),
             ..Watch::default()
         }
     }
@@ -52,8 +75,7 @@ impl Watch {
     /// Looks at the next path for these layers.
     #[inline(always)]
     pub fn look(&mut self, layers: LayerSet) {
-        let sight = self.sight.get_or_insert_default();
-        sight.restart(layers.contains(Layer::Uv));
+        self.sight.restart(layers.contains(Layer::Uv));
         if layers.lights() > 0 {
             **self.parts.get_or_insert_default() = LightParts::default();
         }
@@ -62,56 +84,63 @@ impl Watch {
     /// What the path has met, if it has met anything and has told all of it.
     #[inline(always)]
     pub fn found(&self) -> Option<&FirstSurfaces> {
-        self.sight.as_ref()?.known()?
+        self.sight.known()?
     }
 
     /// Returns `true` if it is known that the path has met nothing.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        let known = self.sight.as_ref().and_then(Sight::known);
-        known.is_some_and(|found| found.is_none())
+        { self.sight.known() }.is_some_and(|found| found.is_none())
     }
 
     /// What the path, of which that is known, has met.
     #[inline(always)]
-    pub fn first(&self) -> Option<&FirstSurfaces> {
-        self.sight.as_ref().map(Sight::first)
+    pub fn first(&self) -> &FirstSurfaces {
+        self.sight.first()
+    }
+
+    /// What has been counted, if that is asked for.
+    pub fn counts(&self) -> Option<&Counts> {
+        match self.report.as_deref() {
+            Some(Report::Counts(counts)) => Some(counts),
+            _ => None,
+        }
     }
 
     /// Counts, where that is asked for.
     #[inline(always)]
     pub fn count(&mut self, add: impl FnOnce(&mut Counts)) {
-        if let Some(counts) = &mut self.counts {
+        if let Some(Report::Counts(counts)) = self.report.as_deref_mut() {
             add(counts);
         }
     }
 
     /// Returns `true` if layers are wanted, and the path has not told them all yet.
     pub(super) fn is_looking(&self) -> bool {
-        self.sight.as_ref().is_some_and(Sight::is_looking)
+        self.sight.is_looking()
     }
 
     /// Returns `true` if it wants to know of every step, and not only of what is met first.
     pub(super) fn reports(&self) -> bool {
-        self.counts.is_some() || self.parts.is_some() || self.sight.is_none()
+        self.report.is_some() || self.parts.is_some()
     }
 
     /// The first point whose light is not finite, or the last one of the path where the path's
     /// whole `radiance` is finite but negative; `None` where the path met nothing.
     pub fn offender(self) -> Option<Place> {
-        self.last
+        match self.report.as_deref() {
+            Some(Report::Offender(offender)) => offender.last,
+            _ => None,
+        }
     }
 
     /// The path has reached a vertex, with the `radiance` collected at those before it.
     #[cold]
     pub(super) fn arrive(&mut self, place: Place, radiance: Rgb) {
-        if let Some(counts) = &mut self.counts {
-            return counts.arrive(place);
-        }
-        // What is wrong on arrival went wrong at the vertex before.
-        self.wrong |= !radiance.is_finite();
-        if !self.wrong {
-            self.last = Some(place);
+        match self.report.as_deref_mut() {
+            Some(Report::Counts(counts)) => counts.arrive(place),
+            Some(Report::Offender(offender)) => offender.arrive(place, radiance),
+            None => {}
         }
     }
 
@@ -126,8 +155,16 @@ impl Watch {
     /// A shadow ray is sent to a light, or, `is_lit`, has met nothing.
     #[cold]
     pub(super) fn shadow(&mut self, light: LightId, is_lit: bool) {
-        if let Some(counts) = &mut self.counts {
-            counts.shadow(light, is_lit);
+        self.count(|counts| counts.shadow(light, is_lit));
+    }
+}
+
+impl Offender {
+    fn arrive(&mut self, place: Place, radiance: Rgb) {
+        // What is wrong on arrival went wrong at the vertex before.
+        self.wrong |= !radiance.is_finite();
+        if !self.wrong {
+            self.last = Some(place);
         }
     }
 }
@@ -143,12 +180,19 @@ mod tests {
             met: Met::Surface(Some(MaterialId(depth))),
         };
         for bad in [Rgb::NAN, Rgb::INFINITY] {
-            let mut watch = Watch::default();
+            let mut watch = Watch::searching();
             for (depth, radiance) in [(0, Rgb::ZERO), (1, Rgb::ONE), (2, bad), (3, Rgb::ONE)] {
                 watch.arrive(place(depth), radiance);
             }
             assert_eq!(watch.offender(), Some(place(1)));
         }
-        assert_eq!(Watch::default().offender(), None);
+        assert_eq!(Watch::searching().offender(), None);
+    }
+
+    #[test]
+    fn one_takes_two_lines_of_a_cache() {
+        assert_eq!((size_of::<Watch>(), align_of::<Watch>()), (128, 64));
+        let thing = std::mem::offset_of!(Watch, sight) + Sight::HOT;
+        assert!(thing <= 64, "{thing}");
     }
 }

@@ -4,7 +4,7 @@ use super::{OfAll, PendingSample, RenderJob};
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
 use crate::film::{CameraSample, Layer, LayerSample, LayerSet, RenderSpace, SurfaceSample, Tile};
 use crate::integrators::witness::Watch;
-use crate::integrators::{FirstSurfaces, LightParts, Sight, first_surfaces};
+use crate::integrators::{FirstSurfaces, LightParts, first_surfaces};
 use crate::math::instruction_set::{Instructions, Kernel};
 use crate::math::{DVec3, Rgb, Vec2};
 use crate::samplers::{SampleStream, Sampler};
@@ -52,8 +52,8 @@ pub(super) struct Tell<'a> {
     pub samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
     /// Of those that have a ray.
     pub radiances: &'a [Rgb],
-    /// One for each sample.
-    pub looks: &'a [Watch],
+    /// One for each sample. They look at the next wave then, while they are in the processor's nearest cache.
+    pub looks: &'a mut [Watch],
     pub tile: &'a mut Tile,
 }
 
@@ -66,7 +66,7 @@ impl Kernel for Tell<'_> {
         let (mut waiting, mut rays) = self.samples;
         let (mut looks, mut radiances) = (self.looks, self.radiances);
         let may_be_plain = all.shown.surfaces && tile.lights() == 0;
-        while let ([next, ..], [ray, ..], [watch, ..]) = (waiting, rays, looks) {
+        while let ([next, ..], [ray, ..], [watch, ..]) = (waiting, rays, &*looks) {
             let plain = if may_be_plain {
                 alike(waiting, looks)
             } else {
@@ -97,7 +97,10 @@ impl Kernel for Tell<'_> {
             };
             waiting = waiting.get(count..).unwrap_or_default();
             rays = rays.get(count..).unwrap_or_default();
-            looks = looks.get(count..).unwrap_or_default();
+            let (told, others) = looks.split_at_mut(count);
+            told.iter_mut()
+                .for_each(|watch| watch.look(job.film.layers));
+            looks = others;
             radiances = radiances.get(paths..).unwrap_or_default();
         }
     }
@@ -112,7 +115,7 @@ impl<'a, I: Iterator<Item = Looked<'a>>> Iterator for Still<I> {
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Item> {
         let (watch, _) = self.0.next()?;
-        Some((&watch.first()?.surface, None))
+        Some((&watch.first().surface, None))
     }
 }
 
@@ -128,7 +131,7 @@ impl<'a, I: Iterator<Item = Looked<'a>>> Iterator for Moving<'a, I> {
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Item> {
         let (watch, ray) = self.samples.next()?;
-        let (found, ray) = (watch.first()?, ray.as_ref()?);
+        let (found, ray) = (watch.first(), ray.as_ref()?);
         let camera = of_camera(self.shown, ray.ray.time, found);
         Some((&found.surface, Some(camera)))
     }
@@ -167,7 +170,7 @@ pub(super) fn add(
         _ => ArrayVec::new(),
     };
     let (job, all) = shown;
-    let known = watch.sight.as_ref().and_then(Sight::known);
+    let known = watch.sight.known();
     let found = match (ray, known) {
         (Some(_), Some(known)) if all.shown.surfaces => known.copied(),
         (Some(ray), None) if all.shown.surfaces => {

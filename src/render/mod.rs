@@ -217,6 +217,12 @@ fn sample_tile(
     let mut rays = [const { None }; WAVE];
     let has_layers = tile.has_layers();
     let mut looks = Vec::new();
+    if has_layers && watch.is_none() {
+        looks.resize_with(WAVE, Watch::default);
+        looks
+            .iter_mut()
+            .for_each(|watch| watch.look(job.film.layers));
+    }
     let mut indices = bounds.pixels().flat_map(|pixel| {
         let of_pixel = sampler.of_pixel(pixel.as_ivec2());
         let indices = samples_of_pixel.clone();
@@ -242,11 +248,6 @@ fn sample_tile(
             let own = (&mut *workspace, watch);
             one_by_one(shown, sampler, &mut waiting, camera, own, tile);
         } else {
-            if has_layers {
-                looks.resize_with(WAVE, Watch::default);
-                let looks = looks.iter_mut().take(waiting.len());
-                looks.for_each(|watch| watch.look(job.film.layers));
-            }
             let camera = (samples.as_slice(), &*rays);
             let own = (&mut *workspace, looks.as_mut_slice());
             let radiances = radiances(shown, camera, &mut waiting, own);
@@ -258,7 +259,7 @@ fn sample_tile(
                     sampler,
                     samples,
                     radiances,
-                    looks: &looks,
+                    looks: &mut looks,
                     tile: &mut *tile,
                 });
             }
@@ -353,7 +354,7 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     let want_differentials = job.world.needs_footprint();
     job.camera.rays(&[sample], want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays[0].as_ref()?;
-    let mut watch = Watch::default();
+    let mut watch = Watch::searching();
     let all = OfAll::new(job);
     job.integrator.radiance(
         &job.world,

@@ -125,7 +125,7 @@ impl<'a> Progress<'a> {
         };
         let mut watch = Watch::counting(statistics.none.clone());
         work(Some(&mut watch));
-        if let Some(counts) = &watch.counts {
+        if let Some(counts) = watch.counts() {
             statistics.add(counts);
         }
     }

@@ -117,7 +117,7 @@ fn large_things_are_forecast() {
     // Of many values: the file of one would be small.
     check(
         "film",
-        [1500, 1000],
+        [2400, 1000],
         "Texture \"t\" \"spectrum\" \"wrinkled\"\n\
          Texture \"c\" \"spectrum\" \"scale\" \"texture tex1\" \"t\" \"rgb tex2\" [.3 .5 .7]\n\
          Material \"matte\" \"texture Kd\" \"c\"\n\

@@ -96,13 +96,16 @@ impl Coverage {
     /// where pixels show many things, for which it would take long to know.
     fn is_tidy(&self) -> bool {
         const MANY: usize = 16;
-        let once = |of: &[Entry]| {
-            let ids = of.iter().enumerate();
-            of.len() <= MANY && { ids }
-                .all(|(i, entry)| of.iter().take(i).all(|other| other.things != entry.things))
-        };
-        let mut pixels = self.entries.chunk_by(|a, b| a.pixel == b.pixel);
-        self.entries.is_sorted_by_key(|entry| entry.pixel) && pixels.all(once)
+        let (mut first, mut last) = (0, None);
+        self.entries.iter().enumerate().all(|(i, entry)| {
+            if last < Some(entry.pixel) {
+                (first, last) = (i, Some(entry.pixel));
+                return true;
+            }
+            let same = self.entries.get(first..i).unwrap_or_default();
+            let is_new = same.iter().all(|other| other.things != entry.things);
+            last == Some(entry.pixel) && same.len() < MANY && is_new
+        })
     }
 
     /// In one order, whatever it was made from.
@@ -126,10 +129,12 @@ impl Coverage {
             all.to_mut().tidy();
         }
         let mut things = Vec::new();
-        for entries in all.entries.chunk_by(|a, b| a.pixel == b.pixel) {
-            let Some(&Entry { pixel, .. }) = entries.first() else {
-                continue;
-            };
+        let mut rest = all.entries.as_slice();
+        while let [Entry { pixel, .. }, others @ ..] = rest {
+            let pixel = *pixel;
+            let same = others.iter().take_while(|other| other.pixel == pixel);
+            let (entries, others) = rest.split_at(1 + same.count());
+            rest = others;
             let (seen, index) = (seen(pixel as usize), place(pixel as usize));
             let Some(index) = index.filter(|_| seen > 0.0) else {
                 continue;
@@ -138,14 +143,17 @@ impl Coverage {
                 let part = f64::from(count) * f64::from(self.unit) / seen;
                 part.min(1.0) as f32
             };
+            if let [Entry { things, count, .. }] = *entries {
+                if count > 0 {
+                    let part = part(count);
+                    for matte in mattes.iter_mut() {
+                        matte.set(index, 0, (things.id(matte.kind), part));
+                    }
+                }
+                continue;
+            }
             for matte in mattes.iter_mut() {
                 let kind = matte.kind;
-                if let [Entry { things, count, .. }] = *entries {
-                    if count > 0 {
-                        matte.set(index, 0, (things.id(kind), part(count)));
-                    }
-                    continue;
-                }
                 things.clear();
                 things.extend(entries.iter().map(|of| (of.things.id(kind), of.count)));
                 rank(&mut things);
@@ -227,14 +235,15 @@ impl ImageMatte {
         wanted.map(blank).collect()
     }
 
+    #[inline(always)]
     fn set(&mut self, pixel: usize, rank: usize, (id, part): (MatteId, f32)) {
-        let channels = self.channels.iter_mut().skip(2 * rank);
-        for (channel, value) in channels.zip([id.number(), part]) {
-            if channel.is_empty() {
-                *channel = vec![0.0; self.pixels];
-            }
-            if let Some(slot) = channel.get_mut(pixel) {
-                *slot = value;
+        let channels = self.channels.get_mut(2 * rank..2 * rank + 2);
+        if let Some([ids, parts]) = channels {
+            for (channel, value) in [(ids, id.number()), (parts, part)] {
+                match channel.get_mut(pixel) {
+                    Some(slot) => *slot = value,
+                    None => begin(channel, self.pixels, pixel, value),
+                }
             }
         }
     }
@@ -244,6 +253,15 @@ impl ImageMatte {
     pub(crate) fn ranks(&self, pixel: usize) -> [(f32, f32); RANKS] {
         let at = |channel: usize| self.channels[channel].get(pixel).copied().unwrap_or(0.0);
         std::array::from_fn(|rank| (at(2 * rank), at(2 * rank + 1)))
+    }
+}
+
+/// Makes a channel of so many pixels, of which this one is not 0.
+#[cold]
+fn begin(channel: &mut Vec<f32>, pixels: usize, pixel: usize, value: f32) {
+    *channel = vec![0.0; pixels];
+    if let Some(slot) = channel.get_mut(pixel) {
+        *slot = value;
     }
 }
 

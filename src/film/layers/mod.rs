@@ -7,6 +7,7 @@ mod coverage;
 mod cryptomatte;
 mod growing;
 mod image_layers;
+mod planes;
 mod rows;
 mod sample;
 mod sums;
@@ -232,11 +233,11 @@ impl LayerSet {
         (self.sums() * size_of::<f64>() + 2 * mattes * coverage::ENTRY) as u64
     }
 
-    /// Bytes of a pixel in the image and in its file, which is made in memory.
+    /// Bytes of a pixel in the image.
     pub fn memory_of_image(self) -> u64 {
         let channels = |layer: Layer| layer.channels().len();
         let channels = self.iter().map(channels).sum::<usize>() + 3 * self.lights();
-        (2 * channels * size_of::<f32>()) as u64
+        (channels * size_of::<f32>()) as u64
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the sums of a pixel's layers are, and where they stand: of all layers and of those of light, of a leaf and of any number of samples.
 
+use super::sample::{OF_ALBEDO, OF_NORMAL, OF_P, OF_UV};
 use super::{CameraSample, Layer, LayerSet, RenderSpace, SurfaceSample};
 use crate::film::pairwise::Join;
 use crate::math::{DVec3, DVec4, Vec4};
@@ -12,6 +13,7 @@ pub(super) const ROWS: usize = 6;
 pub(super) const ALBEDO: usize = 1;
 pub(super) const NORMAL: usize = 2;
 const POSITION: usize = 3;
+const UV: usize = 4;
 const CAMERA: usize = 5;
 
 /// The row that a layer's sums are in, and the first one's place in there; `None` where it has none.
@@ -21,7 +23,7 @@ pub(super) fn place(layer: Layer) -> Option<(usize, usize)> {
         Layer::Albedo => Some((ALBEDO, 0)),
         Layer::Normal => Some((NORMAL, 0)),
         Layer::Position => Some((POSITION, 0)),
-        Layer::Uv => Some((4, 0)),
+        Layer::Uv => Some((UV, 0)),
         Layer::Depth => Some((CAMERA, 0)),
         Layer::Coc => Some((CAMERA, 1)),
         Layer::Motion => Some((CAMERA, 2)),
@@ -94,10 +96,10 @@ impl Leaf {
     ) {
         let [shared, albedo, normal, p, uv, own] = &mut self.0;
         *shared += Vec4::new(1.0, weight, 1.0, 1.0);
-        *albedo += weight * Vec4::from_array(surface.albedo);
-        *normal += weight * Vec4::from_array(surface.normal);
-        *p += Vec4::from_array(surface.p);
-        *uv += Vec4::from_array(surface.uv);
+        *albedo += weight * surface.four(OF_ALBEDO);
+        *normal += weight * surface.four(OF_NORMAL);
+        *p += surface.four(OF_P);
+        *uv += surface.four(OF_UV);
         if let Some(CameraSample(camera)) = camera {
             *own += camera;
         }
@@ -113,6 +115,9 @@ impl Leaf {
     #[inline(always)]
     pub(super) fn sums(&self, space: &RenderSpace) -> Own {
         let mut own = Own(self.0.map(|sums| sums.as_dvec4()));
+        // Of what is behind them in a sample.
+        (own.0[ALBEDO].w, own.0[NORMAL].w) = (0.0, 0.0);
+        (own.0[UV].z, own.0[UV].w) = (0.0, 0.0);
         let (hits, points) = (own.0[0][HITS], &mut own.0[POSITION]);
         let depth = (*points + hits * DVec4::W).dot(space.depth);
         *points += hits * space.origin;

@@ -38,65 +38,83 @@ impl CameraSample {
     }
 }
 
-/// What layers tell of a surface: numbers side by side, which vector instructions add, and a zero after each three.
+/// What layers tell of a surface: numbers side by side, so that a line of a cache has all of them and what else is asked of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(16))]
-pub struct SurfaceSample {
-    pub(super) albedo: [f32; 4],
-    pub(super) normal: [f32; 4],
-    pub(super) p: [f32; 4],
-    pub(super) uv: [f32; 4],
-}
+pub struct SurfaceSample([f32; 12]);
+
+/// Where they are. Four from any of these on are added by vector instructions: behind those of a kind there are others.
+pub(super) const OF_UV: usize = 0;
+pub(super) const OF_ALBEDO: usize = 2;
+pub(super) const OF_NORMAL: usize = 5;
+/// A zero comes after these.
+pub(super) const OF_P: usize = 8;
 
 impl SurfaceSample {
+    /// Four numbers from this place on.
+    #[inline(always)]
+    pub(super) fn four(&self, at: usize) -> Vec4 {
+        Vec4::from_slice(&self.0[at..])
+    }
+
+    #[inline(always)]
+    fn three(&self, at: usize) -> Vec3 {
+        Vec3::from_slice(&self.0[at..])
+    }
+
+    /// One number after the other: they are apart where they come from.
+    #[inline(always)]
+    fn set(&mut self, at: usize, v: Vec3) {
+        (self.0[at], self.0[at + 1], self.0[at + 2]) = (v.x, v.y, v.z);
+    }
+
     /// See [`super::Layer::Albedo`].
     #[inline(always)]
     pub fn albedo(&self) -> Rgb {
-        Vec4::from_array(self.albedo).truncate()
+        self.three(OF_ALBEDO)
     }
 
     /// See [`super::Layer::Normal`]; in render space, which is world space moved.
     #[inline(always)]
     pub fn normal(&self) -> Vec3 {
-        Vec4::from_array(self.normal).truncate()
+        self.three(OF_NORMAL)
     }
 
     /// The point, in render space.
     #[inline(always)]
     pub fn p(&self) -> Vec3 {
-        Vec4::from_array(self.p).truncate()
+        self.three(OF_P)
     }
 
     /// Sets the albedo.
     #[inline(always)]
     pub fn set_albedo(&mut self, albedo: Rgb) {
-        set(&mut self.albedo, albedo);
+        self.set(OF_ALBEDO, albedo);
     }
 
     /// Sets the normal.
     #[inline(always)]
     pub fn set_normal(&mut self, normal: Vec3) {
-        set(&mut self.normal, normal);
+        self.set(OF_NORMAL, normal);
     }
 
     /// Sets the point.
     #[inline(always)]
     pub fn set_p(&mut self, p: Vec3) {
-        set(&mut self.p, p);
+        self.set(OF_P, p);
     }
 
     /// Sets the surface's parameters: see [`super::Layer::Uv`].
     #[inline(always)]
     pub fn set_uv(&mut self, uv: Vec2) {
-        (self.uv[0], self.uv[1]) = (uv.x, uv.y);
+        (self.0[OF_UV], self.0[OF_UV + 1]) = (uv.x, uv.y);
     }
 
     /// Makes albedo and normal black where they are not numbers: one sample would spoil its pixel.
     #[inline(always)]
     pub fn make_finite(&mut self) {
-        let [[a, b, c, _], [x, y, z, _]] = [self.albedo, self.normal];
         // Nor is their sum then.
-        if !(a + b + c + x + y + z).is_finite() {
+        let both = self.albedo() + self.normal();
+        if !both.element_sum().is_finite() {
             self.make_black();
         }
     }
@@ -104,14 +122,9 @@ impl SurfaceSample {
     /// Makes albedo and normal black.
     #[inline(always)]
     pub fn make_black(&mut self) {
-        (self.albedo, self.normal) = ([0.0; 4], [0.0; 4]);
+        self.set_albedo(Rgb::ZERO);
+        self.set_normal(Vec3::ZERO);
     }
-}
-
-/// One number after the other: they are apart where they come from.
-#[inline(always)]
-fn set(own: &mut [f32; 4], v: Vec3) {
-    (own[0], own[1], own[2]) = (v.x, v.y, v.z);
 }
 
 #[cfg(test)]

@@ -491,9 +491,10 @@ mod tests {
             vec![8.0],
             vec![third as f32],
         ];
-        assert_eq!(layers.means.len(), expected.len());
-        for (layer, expected) in layers.means.iter().zip(expected) {
-            assert_eq!(layer.channels.concat(), expected, "{:?}", layer.layer);
+        assert_eq!(layers.means().count(), expected.len());
+        for (layer, expected) in layers.means().zip(expected) {
+            let channels: Vec<_> = layer.channels().collect();
+            assert_eq!(channels.concat(), expected, "{:?}", layer.layer);
         }
         assert_eq!(layers.lights[0], [Rgb::splat(2.0)]);
         assert_eq!(layers.lights[1], [Rgb::new(3.0, 4.0, 0.0)]);

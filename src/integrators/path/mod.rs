@@ -103,10 +103,27 @@ impl Path {
         let world = bundle.world;
         let wave = bundle.workspace.wave.take();
         let mut wave = wave.unwrap_or_else(|| Box::new(Wave::new(world)));
-        let is_watched = bundle.paths.iter().any(|path| path.watch.is_some());
+        let (path, watch) = (
+            self,
+            bundle.paths.first().and_then(|path| path.watch.as_deref()),
+        );
+        let (is_watched, follows) = (
+            watch.is_some(),
+            watch.is_some_and(|watch| watch.parts.is_some()),
+        );
         let workspace = match is_watched {
-            false => Walk::<MEDIA, false> { path: self, bundle }.radiances(&mut wave, out),
-            true => Walk::<MEDIA, true> { path: self, bundle }.radiances(&mut wave, out),
+            false => Walk::<MEDIA, false> {
+                path,
+                bundle,
+                follows,
+            }
+            .radiances(&mut wave, out),
+            true => Walk::<MEDIA, true> {
+                path,
+                bundle,
+                follows,
+            }
+            .radiances(&mut wave, out),
         };
         workspace.wave = Some(wave);
     }
@@ -365,6 +382,12 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         if WATCHED && self.trail.is_seen {
             self.context.look(note);
         }
+    }
+
+    /// Returns `true` if layers look along the path's way.
+    #[inline(always)]
+    fn is_looking(&self) -> bool {
+        WATCHED && self.trail.is_seen && self.context.is_looked_at()
     }
 
     /// Returns `true` if layers ask for (u, v) of what the path meets next.

@@ -34,8 +34,8 @@ pub(in super::super) struct Wave {
     others: ArrayVec<(u32, Option<ClosestHit>), WAVE>,
     flats: FlatHits<WAVE>,
     smooth: SmoothHits<WAVE>,
-    /// For layers: whether some paths have not met what these tell of, and whether they ask for (u, v).
-    is_looking: bool,
+    /// For layers: how many paths have not met all that these tell of, and whether they ask for (u, v).
+    looking: usize,
     wants_uv: bool,
     mattes: Lot<Matte>,
     coated: Lot<Coated>,
@@ -84,7 +84,7 @@ impl Wave {
             others: ArrayVec::new(),
             flats: FlatHits::default(),
             smooth: SmoothHits::default(),
-            is_looking: false,
+            looking: 0,
             wants_uv: false,
             mattes: Lot::new(world),
             coated: Lot::new(world),
@@ -96,6 +96,8 @@ impl Wave {
 pub(super) struct Walk<'a, 'p, const MEDIA: bool, const WATCHED: bool> {
     pub path: &'a Path,
     pub bundle: Bundle<'a, 'p>,
+    /// Layers of light follow what the paths bring.
+    pub follows: bool,
 }
 
 impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED> {
@@ -114,6 +116,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             .extend(self.bundle.paths.iter().take(WAVE).map(begin));
         wave.paths.walking.clear();
         wave.paths.walking.extend(0..wave.paths.trails.len() as u32);
+        self.begin_to_look(wave);
         self.walk(wave, true);
         out.extend(wave.paths.trails.iter().map(|trail| trail.radiance));
         self.bundle.workspace
@@ -121,15 +124,13 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
 
     /// Extends all paths to their ends.
     fn walk(&mut self, wave: &mut Wave, mut is_first: bool) {
-        let mut is_watched = self.see(wave);
         while !wave.paths.walking.is_empty() {
-            if WATCHED && !is_watched {
+            if WATCHED && !self.follows && wave.looking == 0 {
                 // All has been seen.
                 return self.unwatched().walk(wave, is_first);
             }
             self.extend(wave, is_first);
             is_first = false;
-            is_watched = self.see(wave);
             if wave.paths.walking.is_empty() {
                 wave.paths.turn_back(self.bundle.paths);
             }
@@ -152,6 +153,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
                 paths,
                 workspace,
             },
+            follows: false,
         }
     }
 
@@ -176,8 +178,8 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         self.trace_shadows(paths);
         self.sample_directions(&mut mattes.vertices, paths);
         self.sample_directions(&mut coated.vertices, paths);
-        if WATCHED && wave.is_looking {
-            self.look_at_weights(&wave.coated.vertices);
+        if WATCHED && wave.looking > 0 {
+            wave.looking -= self.look_at_weights(&wave.coated.vertices);
         }
     }
 
@@ -204,7 +206,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
     /// Finds where on flat triangles the hits are.
     fn resolve_flats(&mut self, wave: &mut Wave) {
         let count = wave.mattes.vertices.count();
-        let wants_uv = WATCHED && wave.is_looking && wave.wants_uv;
+        let wants_uv = WATCHED && wave.looking > 0 && wave.wants_uv;
         wave.flats.resolve(count, wants_uv);
         wave.mattes.vertices.place(&wave.flats);
         for i in 0..count {
@@ -215,11 +217,11 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
                 }
             }
         }
-        if WATCHED && wave.is_looking {
+        if WATCHED && wave.looking > 0 {
             let vertices = &wave.mattes.vertices;
             let known = (vertices, &wave.paths.trails[..]);
             let reflectance = |i| Some(vertices.reflectance(i));
-            self.look_at(&wave.flats.bare, known, wave.wants_uv, reflectance);
+            wave.looking -= self.look_at(&wave.flats.bare, known, wave.wants_uv, reflectance);
         }
     }
 
@@ -227,21 +229,27 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
     fn resolve_smooth(&mut self, wave: &mut Wave) {
         wave.smooth.resolve(wave.coated.vertices.count());
         wave.coated.vertices.place_smooth(&wave.smooth);
-        if WATCHED && wave.is_looking {
+        if WATCHED && wave.looking > 0 {
             let known = (&wave.coated.vertices, &wave.paths.trails[..]);
-            self.look_at(&wave.smooth.bare, known, wave.wants_uv, |_| None);
+            wave.looking -= self.look_at(&wave.smooth.bare, known, wave.wants_uv, |_| None);
         }
     }
 
-    /// Looks at triangles, for layers: at all `vertices` that there are.
+    /// Looks at triangles, for layers: at all `vertices` that there are. Returns of how many paths all is known then.
+    ///
+    /// Not inlined, by which it would share the processor's registers with all of a step: a fifth more instructions.
+    #[inline(never)]
     fn look_at<S: Scatterer>(
         &mut self,
         bare: &BareHits<WAVE>,
         (vertices, trails): (&Vertices<S, WAVE>, &[Trail]),
         wants_uv: bool,
         reflectance: impl Fn(usize) -> Option<Rgb>,
-    ) {
-        for (i, path) in vertices.paths().enumerate() {
+    ) -> usize {
+        let mut seen = 0;
+        // No more than a wave has, as the compiler does not know of every list: so fewer indices are checked.
+        for i in 0..vertices.count().min(WAVE) {
+            let path = vertices.path(i);
             let looks = |sight: &&mut Sight| trails[path].is_seen && sight.is_looking();
             let Some(sight) = sight(&mut self.bundle.paths[path]).filter(looks) else {
                 continue;
@@ -255,30 +263,33 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             };
             let point = (vertices.p(i), vertices.turned_normal(i), uv);
             sight.meet_bare(bare.noted(i), point, reflectance(i));
+            seen += usize::from(sight.is_done());
         }
+        seen
     }
 
-    /// Looks at what sampled directions pass on, for layers.
-    fn look_at_weights<S: Scatterer>(&mut self, vertices: &Vertices<S, WAVE>) {
+    /// Looks at what sampled directions pass on, for layers. Returns of how many paths all is known then.
+    #[inline(never)]
+    fn look_at_weights<S: Scatterer>(&mut self, vertices: &Vertices<S, WAVE>) -> usize {
+        let mut seen = 0;
         for i in 0..vertices.count() {
-            if let Some(sight) = sight(&mut self.bundle.paths[vertices.path(i)]) {
+            let sight = sight(&mut self.bundle.paths[vertices.path(i)]);
+            if let Some(sight) = sight.filter(|sight| !sight.is_done()) {
                 sight.pass_on(vertices.weight(i));
+                seen += usize::from(sight.is_done());
             }
         }
+        seen
     }
 
-    /// Finds out whether layers still look at any path, or follow its light: returns `true` if they do.
-    fn see(&mut self, wave: &mut Wave) -> bool {
-        if !WATCHED {
-            return false;
-        }
-        let paths = &mut *self.bundle.paths;
-        let mut watches = paths.iter().filter_map(|path| path.watch.as_deref());
-        let follows = watches.next().is_some_and(|watch| watch.parts.is_some());
-        let looking = { paths.iter_mut().filter_map(sight) }.find(|sight| !sight.is_done());
-        wave.is_looking = looking.is_some();
-        wave.wants_uv = looking.is_some_and(|sight| sight.wants_uv);
-        follows || wave.is_looking
+    /// Has layers look at all paths, if they look at the first.
+    fn begin_to_look(&self, wave: &mut Wave) {
+        let paths = &*self.bundle.paths;
+        let watch = paths.first().and_then(|path| path.watch.as_deref());
+        let sight = watch.map(|watch| &watch.sight);
+        let sight = sight.filter(|sight| WATCHED && sight.is_on());
+        wave.looking = sight.map_or(0, |_| paths.len());
+        wave.wants_uv = sight.is_some_and(|sight| sight.wants_uv);
     }
 
     /// A step that a path takes alone, unless it finds that the surface is of a kind of which vertices are kept.
@@ -293,6 +304,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             paths,
             mattes,
             coated,
+            looking,
             ..
         } = wave;
         let (mattes, coated) = (&mut mattes.vertices, &mut coated.vertices);
@@ -302,7 +314,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         );
         let mut state = self.state(path, (trail, waiting), is_first);
         let world = state.context.world;
-        let wants_uv = state.wants_parameters();
+        let (is_looking, wants_uv) = (state.is_looking(), state.wants_parameters());
         let ray = &state.trail.ray;
         let hit = found.and_then(|found| world.surface_with(ray, &found, wants_uv));
         if let Some(hit) = &hit
@@ -331,6 +343,9 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         });
         if goes_on.is_none() {
             state.look_along(state.trail.ray);
+        }
+        if is_looking && state.context.has_seen() {
+            *looking -= 1;
         }
         paths.waiting[path as usize] += state.branches.len() as u8;
         // Not moved, mostly empty as they are, out of the path's memory.
@@ -444,7 +459,7 @@ impl Wave {
         if MEDIA && is_in_media(trail, triangle.attributes().interface) {
             return false;
         }
-        if WATCHED && self.is_looking && trail.depth >= trail.max_depth {
+        if WATCHED && self.looking > 0 && trail.depth >= trail.max_depth {
             // Layers may want to know more of it.
             return false;
         }
@@ -472,7 +487,7 @@ impl Wave {
             let vertices = &mut self.mattes.vertices;
             vertices.add_flat(path, reflectance, trail.throughput);
             self.flats.set(i, &trail.ray, (triangle, found));
-            if WATCHED && self.is_looking {
+            if WATCHED && self.looking > 0 {
                 self.flats.bare.note(i, triangle);
             }
         }
@@ -495,7 +510,7 @@ impl Wave {
             let vertices = &mut self.coated.vertices;
             vertices.add_smooth(path, lobes, trail.throughput);
             self.smooth.set(i, &trail.ray, (triangle, found));
-            if WATCHED && self.is_looking {
+            if WATCHED && self.looking > 0 {
                 self.smooth.bare.note(i, triangle);
             }
         }
@@ -538,7 +553,7 @@ fn parameters_of_mesh(world: &World, ray: &Ray, found: Option<ClosestHit>) -> Ve
 /// What looks at a path.
 #[inline(always)]
 fn sight<'a>(path: &'a mut CameraPath) -> Option<&'a mut Sight> {
-    path.watch.as_mut()?.sight.as_mut()
+    { path.watch.as_deref_mut() }.map(|watch| &mut watch.sight)
 }
 
 #[cfg(test)]

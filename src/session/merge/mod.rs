@@ -18,8 +18,8 @@ use group::Group;
 use std::io;
 use std::path::PathBuf;
 
-/// Of each pixel: values and variances, pooled and not, and the same again in the file, which is made in memory.
-const BYTES_OF_IMAGE: u64 = 2 * 9 * 4;
+/// Of each pixel: values and variances, pooled and not.
+const BYTES_OF_IMAGE: u64 = 9 * 4;
 
 /// Why shards cannot be merged.
 #[derive(Debug, thiserror::Error)]

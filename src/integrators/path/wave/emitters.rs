@@ -151,21 +151,21 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
 
     /// Computes the light that waits, but for what blocks it.
     fn light<S: Scatterer>(&mut self, lamps: &mut Lamps<S>, waiting: &mut Paths) {
-        let world = self.bundle.world;
+        let (world, follows) = (self.bundle.world, WATCHED && self.follows);
         let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
         let shadows = &mut waiting.shadows;
         lamps.light(world, |shadow, gain| {
             if wait::<MEDIA>(shadows, world, shadow, gain) {
-                trace::<MEDIA, WATCHED>(shadows, world, (trails, paths));
+                trace::<MEDIA>(shadows, (world, follows), (trails, paths));
             }
         });
     }
 
     /// Adds the light that nothing blocks.
     pub(super) fn trace_shadows(&mut self, waiting: &mut Paths) {
-        let world = self.bundle.world;
+        let with = (self.bundle.world, WATCHED && self.follows);
         let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
-        trace::<MEDIA, WATCHED>(&mut waiting.shadows, world, (trails, paths));
+        trace::<MEDIA>(&mut waiting.shadows, with, (trails, paths));
     }
 }
 
@@ -192,13 +192,14 @@ fn wait<const MEDIA: bool>(
 }
 
 /// Traces shadow rays, and adds the light that nothing blocks. They begin in no medium.
-fn trace<const MEDIA: bool, const WATCHED: bool>(
+fn trace<const MEDIA: bool>(
     shadows: &mut Shadows<Gain>,
-    world: &World,
+    (world, follows): (&World, bool),
     (trails, paths): (&mut [Trail], &mut [CameraPath]),
 ) {
+    let with = (world, follows);
     if !MEDIA {
-        shadows.trace(world, |_, gain| add::<WATCHED>(world, trails, paths, gain));
+        shadows.trace(world, |_, gain| add(with, trails, paths, gain));
         return;
     }
     shadows.trace_through(world, |shadow, gain, passage| {
@@ -206,22 +207,22 @@ fn trace<const MEDIA: bool, const WATCHED: bool>(
         let left = dimmed_along(world, stream, None, shadow, passage);
         let light = gain.light * left;
         if !is_black(light) {
-            add::<WATCHED>(world, trails, paths, Gain { light, ..gain });
+            add(with, trails, paths, Gain { light, ..gain });
         }
     });
 }
 
-/// Adds light that a path has gained.
+/// Adds light that a path has gained, to its layer as well, if layers of light follow it.
 #[inline(always)]
-fn add<const WATCHED: bool>(
-    world: &World,
+fn add(
+    (world, follows): (&World, bool),
     trails: &mut [Trail],
     paths: &mut [CameraPath],
     gain: Gain,
 ) {
     let path = gain.path as usize;
     trails[path].radiance += gain.light;
-    if WATCHED && let Some(watch) = &mut paths[path].watch {
+    if follows && let Some(watch) = &mut paths[path].watch {
         watch.part(|| world.light_layer(Some(gain.from)), gain.light);
     }
 }
