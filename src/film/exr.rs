@@ -182,7 +182,7 @@ fn channels<'a>(
 
 /// Pixels that threads encode at a time, each counted as often as a block of them is in memory: as it is, as it is compressed, as
 /// that is found, and as it is written.
-pub fn pixels_encoded(size: UVec2, threads: usize) -> u64 {
+pub(crate) fn pixels_encoded(size: UVec2, threads: usize) -> u64 {
     const LINES: u64 = 16;
     let lines = u64::from(size.y).next_multiple_of(LINES);
     4 * u64::from(size.x) * lines.min(LINES * threads as u64)

@@ -57,7 +57,7 @@ pub use bounds::PixelBounds;
 pub(crate) use bounds::SharedRow;
 pub use developed::{Developed, Kept};
 pub use encoding::Encoding;
-pub use exr::pixels_encoded;
+pub(crate) use exr::pixels_encoded;
 pub use image::Image;
 pub(crate) use layers::GrowingLayers;
 pub use layers::{

@@ -35,13 +35,13 @@ pub struct FirstSurfaces {
 
 /// Looks at a path from the camera, up to its first surface that is not perfectly specular.
 ///
-/// All that is touched of most paths is in one line of a cache: up to what the first surface is of.
+/// All that most paths touch is in one cache line: the fields up to `first.thing`.
 #[derive(Debug)]
 #[repr(C)]
 pub struct Sight {
     state: State,
     pub(super) wants_uv: bool,
-    /// What has been found is known to move.
+    /// `first.moving` is set, which is in another line.
     moves: bool,
     /// Perfectly specular surfaces so far.
     specular: u8,

@@ -29,7 +29,7 @@ pub struct Place {
 
 /// Looks at paths for layers, or records where radiance stopped being finite, or counts.
 ///
-/// Two lines of a cache, the first of which is all that most paths need: of a wave of paths that layers look at it is to stay in the nearest one.
+/// Two cache lines, the first of which is all that most paths need: those of a whole wave are to fit in the L1 cache.
 #[derive(Debug, Default)]
 #[repr(C, align(64))]
 pub struct Watch {
@@ -99,7 +99,7 @@ impl Watch {
         self.sight.first()
     }
 
-    /// What has been counted, if that is asked for.
+    /// The counts, of one that counts.
     pub fn counts(&self) -> Option<&Counts> {
         match self.report.as_deref() {
             Some(Report::Counts(counts)) => Some(counts),

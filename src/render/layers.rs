@@ -52,7 +52,7 @@ pub(super) struct Tell<'a> {
     pub samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
     /// Of those that have a ray.
     pub radiances: &'a [Rgb],
-    /// One for each sample. They look at the next wave then, while they are in the processor's nearest cache.
+    /// One for each sample. They are reset for the next wave while they are in the L1 cache.
     pub looks: &'a mut [Watch],
     pub tile: &'a mut Tile,
 }

@@ -38,7 +38,7 @@ impl CameraSample {
     }
 }
 
-/// What layers tell of a surface: numbers side by side, so that a line of a cache has all of them and what else is asked of a sample.
+/// What layers tell of a surface: numbers side by side, so that one cache line has room for them and for the rest of what most samples need.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceSample([f32; 12]);
 

@@ -236,8 +236,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
     }
 
     /// Looks at triangles, for layers: at all `vertices` that there are. Returns of how many paths all is known then.
-    ///
-    /// Not inlined, by which it would share the processor's registers with all of a step: a fifth more instructions.
+    // By itself, so that profiles tell it from the rest of a step.
     #[inline(never)]
     fn look_at<S: Scatterer>(
         &mut self,
@@ -269,7 +268,6 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
     }
 
     /// Looks at what sampled directions pass on, for layers. Returns of how many paths all is known then.
-    #[inline(never)]
     fn look_at_weights<S: Scatterer>(&mut self, vertices: &Vertices<S, WAVE>) -> usize {
         let mut seen = 0;
         for i in 0..vertices.count() {
