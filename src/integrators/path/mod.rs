@@ -41,8 +41,8 @@ use wave::Walk;
 pub struct Path {
     /// `maxdepth` (5): largest number of scattering events; 0 shows only emitters.
     pub max_depth: u32,
-    /// `rrthreshold` (1): Russian roulette applies only where the throughput's largest channel is below; up to the fourth
-    /// scattering event only below a quarter of it.
+    /// `rrthreshold` (1): Russian roulette applies only where the throughput's largest channel is below a quarter of it, up to the
+    /// fourth scattering event an eighth.
     pub rr_threshold: f32,
     /// `lightsamplestrategy` ("spatial"): noise only.
     pub light_strategy: SelectionStrategy,
