@@ -20,8 +20,8 @@ use arrayvec::ArrayVec;
 const MIN_BOUNCES: u32 = 3;
 
 /// The survival probability over the throughput. Where a dim mirror or glass shows something bright, a subpath of low throughput brings much of the
-/// error: with 8 instead of 1 seven scenes of the census have 0.66 times the squared relative error (`spot_mirrorball` 0.34), in 1.00 to 1.01 times the
-/// instructions; with 16 they have 0.68 (docs/notes/light-paths.md).
+/// error: with 8 instead of 1 seven scenes of the census have 0.69 times the squared relative error (`spot_mirrorball` 0.39) in 1.00 to 1.04 times the
+/// instructions; 16 is no better (docs/notes/light-paths.md).
 const SCALE: f32 = 8.0;
 
 /// No subpath is ended with less than this probability once roulette applies.
