@@ -30,6 +30,7 @@ use crate::math::{IVec2, Vec2};
 use crate::params::ParamReader;
 use random::RandomStream;
 use sobol::SobolStream;
+use std::num::NonZeroU32;
 use stratified::StratifiedStream;
 
 type Read = fn(&ParamReader) -> SamplerSpec;
@@ -135,6 +136,8 @@ impl SamplerSpec {
 pub struct Sampler {
     points: Points,
     spp: u32,
+    /// More than `spp` may come, or fewer.
+    is_open: bool,
     seed: u64,
 }
 
@@ -144,6 +147,7 @@ impl Sampler {
         Sampler {
             points: spec.points,
             spp: spec.spp.max(1),
+            is_open: false,
             seed: mix(seed),
         }
     }
@@ -153,10 +157,11 @@ impl Sampler {
         self.spp
     }
 
-    /// One of two samplers of the same kind that are independent of each other and of this one.
+    /// One of two samplers of the same kind that are independent of each other and of this one, for any number of samples.
     pub fn half(&self, which: usize) -> Sampler {
         Sampler {
             seed: mix2(self.seed, 1 + which as u64),
+            is_open: true,
             ..*self
         }
     }
@@ -177,6 +182,7 @@ impl Sampler {
         Sampler {
             points,
             spp,
+            is_open: false,
             ..self.half(which)
         }
     }
@@ -191,12 +197,21 @@ impl Sampler {
         self.is_dependent() && self.spp >= MIN_HALVED
     }
 
+    /// The number of samples, where points are made for it: any run of a power of two is well distributed as it is.
+    fn whole(&self) -> Option<NonZeroU32> {
+        match self.is_open || self.spp.is_power_of_two() {
+            true => None,
+            false => NonZeroU32::new(self.spp),
+        }
+    }
+
     /// The streams of a pixel's samples.
     pub fn of_pixel(&self, pixel: IVec2) -> PixelSampler {
         let packed = u64::from(pixel.x as u32) | u64::from(pixel.y as u32) << 32;
         PixelSampler {
             points: self.points,
             seed: mix2(self.seed, packed),
+            whole: self.whole(),
         }
     }
 
@@ -212,11 +227,13 @@ pub struct PixelSampler {
     points: Points,
     /// The sampler's, and the pixel.
     seed: u64,
+    /// Samples of the pixel, where their points are made for that number.
+    whole: Option<NonZeroU32>,
 }
 
 impl PixelSampler {
     /// The stream of one camera sample. Indices at or beyond [`Sampler::spp`] are allowed and continue with
-    /// new points that are equally well distributed.
+    /// new points.
     #[inline]
     pub fn stream(&self, index: u32) -> SampleStream {
         match self.points {
@@ -224,7 +241,7 @@ impl PixelSampler {
                 SampleStream::Stratified(StratifiedStream::new(grid, self.seed, index))
             }
             Points::Random => SampleStream::Random(RandomStream::new(self.seed, index)),
-            Points::Sobol => SampleStream::Sobol(SobolStream::new(self.seed, index)),
+            Points::Sobol => SampleStream::Sobol(SobolStream::new(self.seed, index, self.whole)),
         }
     }
 }
@@ -258,7 +275,7 @@ impl Sampler {
 
     fn stream_without_pixel(&self, salt: u64, number: u64) -> SampleStream {
         let seed = mix2(mix2(self.seed, salt), number >> PATHS_OF_SEQUENCE);
-        SampleStream::Sobol(SobolStream::new(seed, number as u32))
+        SampleStream::Sobol(SobolStream::new(seed, number as u32, None))
     }
 }
 

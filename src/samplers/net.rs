@@ -92,6 +92,26 @@ pub(super) fn point(reversed: u32) -> [u32; 4] {
     point
 }
 
+/// [`point`] of an index whose bits are as they are: faster for small ones.
+#[inline(always)]
+pub(super) fn point_of(index: u32) -> [u32; 4] {
+    /// The four bits of each number, reversed.
+    const REVERSED: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+    let mut point = [0; 4];
+    let mut rest = index;
+    for values in SUMS.iter().rev() {
+        let added = values[usize::from(REVERSED[(rest & 15) as usize])];
+        for (coordinate, added) in point.iter_mut().zip(added) {
+            *coordinate ^= added;
+        }
+        rest >>= 4;
+        if rest == 0 {
+            break;
+        }
+    }
+    point
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,6 +121,13 @@ mod tests {
         indices
             .map(|i| point(i.reverse_bits()).map(float))
             .collect()
+    }
+
+    #[test]
+    fn points_are_those_of_their_index() {
+        for i in (0..1000).chain([1 << 20, 0x1234_5678, u32::MAX]) {
+            assert_eq!(point_of(i), point(i.reverse_bits()));
+        }
     }
 
     /// Returns `true` if there is one point in each box, when coordinates are cut into so many parts.
