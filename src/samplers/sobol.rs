@@ -149,10 +149,10 @@ impl Kernel for OfSequence {
     }
 }
 
-// Without the steps before and after: with them the compiler takes its four lanes apart.
+// Without what comes before and after: with it, the compiler would not keep the four lanes together.
 struct OfWhole {
     interval: u32,
-    /// Of the pixel's sets: in all four dimensions together, where film and lens point blur an edge.
+    /// The pixel's first set. Film and lens point share it, and blurred edges depend on all four coordinates: others are taken.
     is_first: bool,
     key: u64,
 }
