@@ -136,8 +136,8 @@ impl SamplerSpec {
 pub struct Sampler {
     points: Points,
     spp: u32,
-    /// More than `spp` may come, or fewer.
-    is_open: bool,
+    /// The number of samples is not known in advance: there may be more than `spp`, or fewer.
+    is_progressive: bool,
     seed: u64,
 }
 
@@ -147,7 +147,7 @@ impl Sampler {
         Sampler {
             points: spec.points,
             spp: spec.spp.max(1),
-            is_open: false,
+            is_progressive: false,
             seed: mix(seed),
         }
     }
@@ -161,7 +161,7 @@ impl Sampler {
     pub fn half(&self, which: usize) -> Sampler {
         Sampler {
             seed: mix2(self.seed, 1 + which as u64),
-            is_open: true,
+            is_progressive: true,
             ..*self
         }
     }
@@ -182,7 +182,7 @@ impl Sampler {
         Sampler {
             points,
             spp,
-            is_open: false,
+            is_progressive: false,
             ..self.half(which)
         }
     }
@@ -197,9 +197,9 @@ impl Sampler {
         self.is_dependent() && self.spp >= MIN_HALVED
     }
 
-    /// The number of samples, where points are made for it: any run of a power of two is well distributed as it is.
-    fn whole(&self) -> Option<NonZeroU32> {
-        match self.is_open || self.spp.is_power_of_two() {
+    /// The number of samples, if points are to be distributed for it: a power of two needs no more than the sequence.
+    fn fixed_count(&self) -> Option<NonZeroU32> {
+        match self.is_progressive || self.spp.is_power_of_two() {
             true => None,
             false => NonZeroU32::new(self.spp),
         }
@@ -211,7 +211,7 @@ impl Sampler {
         PixelSampler {
             points: self.points,
             seed: mix2(self.seed, packed),
-            whole: self.whole(),
+            fixed_count: self.fixed_count(),
         }
     }
 
@@ -227,8 +227,8 @@ pub struct PixelSampler {
     points: Points,
     /// The sampler's, and the pixel.
     seed: u64,
-    /// Samples of the pixel, where their points are made for that number.
-    whole: Option<NonZeroU32>,
+    /// See [`Sampler::fixed_count`].
+    fixed_count: Option<NonZeroU32>,
 }
 
 impl PixelSampler {
@@ -241,7 +241,9 @@ impl PixelSampler {
                 SampleStream::Stratified(StratifiedStream::new(grid, self.seed, index))
             }
             Points::Random => SampleStream::Random(RandomStream::new(self.seed, index)),
-            Points::Sobol => SampleStream::Sobol(SobolStream::new(self.seed, index, self.whole)),
+            Points::Sobol => {
+                SampleStream::Sobol(SobolStream::new(self.seed, index, self.fixed_count))
+            }
         }
     }
 }

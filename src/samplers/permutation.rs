@@ -46,9 +46,9 @@ impl Permutation {
         })
     }
 
-    /// The same in a third of the steps: `i` < n is taken everywhere equally often, but some pairs of places are more frequent than others.
+    /// The same in a third of the steps: each `i` < n is taken to all places equally often, but some pairs of places are more frequent than others.
     #[inline(always)]
-    pub(super) fn apply_roughly(&self, i: u32, key: u64) -> u32 {
+    pub(super) fn apply_fast(&self, i: u32, key: u64) -> u32 {
         let (a, b) = (key as u32, (key >> 32) as u32);
         let x = self.walk(i, |x| self.round(self.round(x, a, b), b >> 5, a >> 3));
         let turned = x + ((u64::from(self.n) * u64::from(b)) >> 32) as u32;

@@ -12,7 +12,7 @@ fn kinds(spp: u32) -> Vec<SamplerSpec> {
         stratified.with_spp(spp),
         SamplerSpec::random(spp),
         SamplerSpec::sobol(spp),
-        // Points that are made for their number.
+        // Hammersley sets, as 3/4 of a power of two is not one.
         SamplerSpec::sobol(3 * spp / 4),
     ]
 }
