@@ -65,6 +65,12 @@ impl SurfaceHit {
         }
     }
 
+    /// A normal, turned to where the ray came from.
+    #[inline]
+    pub fn turned(&self, n: Vec3) -> Vec3 {
+        n * 1_f32.copysign(n.dot(self.wo))
+    }
+
     /// The properties of this point that light sampling needs.
     #[inline]
     pub fn reference_point(&self) -> ReferencePoint {
@@ -72,6 +78,7 @@ impl SurfaceHit {
             p: self.p,
             p_error: self.p_error,
             n: self.n,
+            shading_n: self.turned(self.n),
             time: self.time,
             receiver_side: ReceiverSide::NoMis,
         }
@@ -154,6 +161,8 @@ pub struct ReferencePoint {
     pub p_error: Vec3,
     /// Unit geometric normal; zero for a point in a medium.
     pub n: Vec3,
+    /// Unit shading normal, turned to where the scattered light goes; zero in a medium. Not looked at where there is no MIS.
+    pub shading_n: Vec3,
     /// Time of the ray.
     pub time: f32,
     /// Which hemisphere contributes.

@@ -208,10 +208,8 @@ impl Camera {
         }
         let from = ReferencePoint {
             p,
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
             time,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let middle = LensSample {
             lens: MIDDLE,

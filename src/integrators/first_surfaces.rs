@@ -106,7 +106,7 @@ impl Sight {
         if albedo.is_none() && !bsdf.has_non_specular() && !has_interior {
             return;
         }
-        let normal = turned(bsdf.shading_normal(), hit.surface.wo);
+        let normal = hit.surface.turned(bsdf.shading_normal());
         self.first.surface.set_normal(normal);
         self.state = State::AtLast;
         if let Some(albedo) = albedo {
@@ -170,7 +170,7 @@ impl Sight {
     pub(super) fn meet_coated(&mut self, world: &World, ray: &Ray, hit: &GeometryHit) {
         if self.is_looking() {
             self.find(world, ray, hit);
-            let normal = turned(hit.surface.shading.n, hit.surface.wo);
+            let normal = hit.surface.turned(hit.surface.shading.n);
             self.first.surface.set_normal(normal);
             self.state = State::AtLast;
         }
@@ -359,11 +359,6 @@ impl Sight {
 #[inline(never)]
 fn parameters(world: &World, ray: &Ray, found: &ClosestHit) -> Vec2 {
     world.surface_parameters(ray, found)
-}
-
-/// A normal, turned to where the ray came from.
-fn turned(n: Vec3, wo: Vec3) -> Vec3 {
-    n * 1_f32.copysign(n.dot(wo))
 }
 
 /// The direction in which a path continues that samples no light here.

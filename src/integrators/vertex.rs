@@ -24,6 +24,7 @@ pub(super) trait Vertex {
 /// A point on a surface where emitter sampling and BSDF sampling are combined.
 pub(super) fn receiver(surface: &SurfaceHit, bsdf: &Bsdf) -> ReferencePoint {
     ReferencePoint {
+        shading_n: surface.turned(bsdf.shading_normal()),
         receiver_side: bsdf.receiver_side(surface.wo),
         ..surface.reference_point()
     }
@@ -98,6 +99,7 @@ impl Vertex for MediumVertex {
             p: self.p,
             p_error: Vec3::ZERO,
             n: Vec3::ZERO,
+            shading_n: Vec3::ZERO,
             time: self.time,
             receiver_side: ReceiverSide::BothSides,
         }

@@ -130,6 +130,7 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
             p: self.p.get(i),
             p_error: self.p_error.get(i),
             n: scatterer.geometric_normal(),
+            shading_n: self.turned_normal(i),
             time,
             receiver_side: scatterer.receiver_side(),
         }

@@ -184,10 +184,7 @@ impl DiffuseAreaLight {
     fn look_from(&self, p: Vec3, u: f32) -> Option<(Vec3, Vec3)> {
         let eye = ReferencePoint {
             p,
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
-            time: 0.0,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         // The second number goes round while the first goes through.
         let chosen = self.emitter.sample(&eye, Vec2::new(u, (u * 7.0).fract()))?;
@@ -319,10 +316,8 @@ mod tests {
     fn point(p: Vec3) -> ReferencePoint {
         ReferencePoint {
             p,
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
             time: 0.25,
-            receiver_side: Default::default(),
+            ..Default::default()
         }
     }
 

@@ -107,10 +107,8 @@ mod tests {
         for p in [Vec3::ZERO, Vec3::splat(1e6)] {
             let from = ReferencePoint {
                 p,
-                p_error: Vec3::ZERO,
                 n: Vec3::Y,
-                time: 0.0,
-                receiver_side: Default::default(),
+                ..Default::default()
             };
             let s = light.sample(&from, Vec2::ZERO).unwrap();
             assert_eq!(

@@ -221,10 +221,8 @@ mod tests {
         let l = light(numbered(), Transform::IDENTITY);
         let at = |y: f32| ReferencePoint {
             p: l.p + Vec3::new(0.5 * y, y, 0.25 * y),
-            p_error: Vec3::ZERO,
             n: Vec3::NEG_Y,
-            time: 0.0,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let (near, far) = (
             l.sample(&at(1.0), Vec2::ZERO).unwrap(),

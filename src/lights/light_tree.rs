@@ -25,7 +25,7 @@ const TOP: usize = 4;
 const MAX_PLACELESS: usize = 16;
 
 /// Share of the probability that is spread evenly.
-pub(super) const EVEN_SHARE: f32 = 0.1;
+const EVEN_SHARE: f32 = 0.1;
 
 /// One light, as it is seen here.
 #[derive(Clone, Copy, Debug)]

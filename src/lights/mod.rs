@@ -10,6 +10,7 @@ pub mod emission;
 mod emission_guide;
 mod emitter_choice;
 pub mod environment_map;
+mod even_sky;
 pub mod goniometric;
 pub mod groups;
 pub mod infinite;

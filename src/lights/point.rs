@@ -125,10 +125,9 @@ mod tests {
         let light = PointLight::new(&spec, None, &Transform::translate(DVec3::X));
         let from = ReferencePoint {
             p: Vec3::X,
-            p_error: Vec3::ZERO,
             n: Vec3::Y,
             time: 0.5,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let s = light.sample(&from, Vec2::ZERO).unwrap();
         assert!((s.radiance - Rgb::new(2.0, 1.0, 0.0)).length() < 1e-6);

@@ -1,6 +1,7 @@
 //! Rounding-error bounds and neighboring floats.
 
 use super::Vec3;
+use wide::{f32x4, i32x4};
 
 /// Half the spacing of `f32` at 1: the largest relative error of one rounded operation.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
@@ -56,6 +57,15 @@ pub fn floor(x: f32) -> (i64, f32) {
     }
 }
 
+/// The largest integers not above these, which are less than 2³¹ in magnitude.
+#[inline(always)]
+pub fn floors(x: f32x4) -> i32x4 {
+    let whole = x.fast_trunc_int();
+    // −1 where truncation went up, to 0 from below.
+    let above = f32x4::from_i32x4(whole).simd_gt(x);
+    whole + bytemuck::cast::<f32x4, i32x4>(above)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,6 +116,9 @@ mod tests {
         ] {
             let (whole, value) = floor(x);
             assert_eq!((whole as f32, value), (x.floor(), x.floor()), "{x}");
+            if x.abs() < 2f32.powi(31) {
+                assert_eq!(floors(f32x4::splat(x)).to_array(), [whole as i32; 4], "{x}");
+            }
         }
         assert_eq!(floor(f32::NAN).0, 0);
         assert_eq!(floor(f32::NEG_INFINITY).0, i64::MIN);

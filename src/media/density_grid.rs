@@ -1,9 +1,11 @@
 //! A density sampled on a grid over the unit cube, interpolated, with upper bounds (majorants).
 
 use super::majorants::Majorants;
+use crate::math::float::floors;
 use crate::math::transform::Transform;
 use crate::math::{DVec3, UVec3, Vec3};
 use crate::params::ParamReader;
+use wide::f32x4;
 
 /// A box this many mean free paths across is as dense as single precision can resolve; denser voxels are thinned to it.
 /// It also bounds the number of steps of a ray.
@@ -75,25 +77,36 @@ impl DensityGrid {
     pub(super) fn density(&self, p: Vec3) -> f32 {
         // Voxel centers have integer coordinates.
         let q = p * self.resolution.as_vec3() - Vec3::splat(0.5);
-        let low = q.floor();
-        let f = q - low;
-        let [x, y, z] = low.to_array().map(|v| v as i32);
-        let row = |y: i32, z: i32| {
-            let (a, b) = (self.voxel(x, y, z), self.voxel(x + 1, y, z));
-            a + (b - a) * f.x
+        let q = f32x4::new([q.x, q.y, q.z, 0.0]);
+        let low = floors(q);
+        let [fx, fy, fz, _] = (q - f32x4::from_i32x4(low)).to_array();
+        let [x, y, z, _] = low.to_array();
+        let [a, b] = self.around([x, y, z]).map(f32x4::new);
+        let [a, b, c, d] = (a + (b - a) * f32x4::splat(fx)).to_array();
+        let (a, b) = (a + (b - a) * fy, c + (d - c) * fy);
+        a + (b - a) * fz
+    }
+
+    /// The values of eight neighbors: four with this x and four with the next, y running first.
+    #[inline(always)]
+    fn around(&self, low: [i32; 3]) -> [[f32; 4]; 2] {
+        let [nx, ny, nz] = self.resolution.to_array();
+        let [x, y, z] = low.map(|v| v as u32);
+        // Negative coordinates wrap to huge ones.
+        if x < nx - 1 && y < ny - 1 && z < nz - 1 {
+            let (row, plane) = (nx as usize, nx as usize * ny as usize);
+            let first = z as usize * plane + y as usize * row + x as usize;
+            let value = |i| self.values.get(first + i).copied().unwrap_or(0.0);
+            return [0, 1].map(|i| [i, i + row, i + plane, i + plane + row].map(value));
+        }
+        let value = |i: u32, [j, k]: [u32; 2]| {
+            self.voxel(x.wrapping_add(i), y.wrapping_add(j), z.wrapping_add(k))
         };
-        let plane = |z: i32| {
-            let (a, b) = (row(y, z), row(y + 1, z));
-            a + (b - a) * f.y
-        };
-        let (a, b) = (plane(z), plane(z + 1));
-        a + (b - a) * f.z
+        [0, 1].map(|i| [[0, 0], [1, 0], [0, 1], [1, 1]].map(|jk| value(i, jk)))
     }
 
     /// The value of a voxel; 0 outside the grid.
-    fn voxel(&self, x: i32, y: i32, z: i32) -> f32 {
-        // Negative coordinates wrap to huge ones.
-        let (x, y, z) = (x as u32, y as u32, z as u32);
+    fn voxel(&self, x: u32, y: u32, z: u32) -> f32 {
         let n = self.resolution;
         if x >= n.x || y >= n.y || z >= n.z {
             return 0.0;
@@ -159,6 +172,7 @@ fn densities(reader: &ParamReader, sigma_t: f32, world_from_grid: &Transform) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::hash::{mix2, unit_float};
 
     #[test]
     fn interpolates_between_voxel_centers_and_ends_outside() {
@@ -172,6 +186,24 @@ mod tests {
         assert!((at(1.0, 0.5, 0.5) - 2.0).abs() < 1e-6);
         assert!((at(0.25, 0.0, 0.5) - 1.5).abs() < 1e-6);
         assert_eq!(at(5.0, 0.5, 0.5), 0.0);
+    }
+
+    #[test]
+    fn what_is_linear_in_each_coordinate_is_kept_between_centers() {
+        let n = UVec3::new(5, 4, 3);
+        let density = |p: Vec3| (1.0 + p.x) * (2.0 - 0.3 * p.y) * (1.0 + 0.5 * p.z);
+        let centers = (0..n.element_product()).map(|i| {
+            let (x, y, z) = (i % n.x, i / n.x % n.y, i / (n.x * n.y));
+            density(UVec3::new(x, y, z).as_vec3())
+        });
+        let grid = DensityGrid::new(n, centers.collect()).unwrap();
+        for i in 0..2000 {
+            let r = |k: u64| unit_float(mix2(i, k));
+            let at = Vec3::new(r(1), r(2), r(3)) * (n - UVec3::ONE).as_vec3();
+            let found = grid.density((at + 0.5) / n.as_vec3());
+            // A few roundings of numbers up to 30.
+            assert!((found - density(at)).abs() < 2e-5, "{at}: {found}");
+        }
     }
 
     #[test]

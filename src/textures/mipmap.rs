@@ -3,7 +3,7 @@
 
 use super::{TextureCoordinates, TextureValue};
 use crate::math::Vec2;
-use crate::math::float::{clamp_nan_low, floor};
+use crate::math::float::{clamp_nan_low, floor, floors};
 use std::f32::consts::PI;
 use wide::f32x4;
 
@@ -116,7 +116,9 @@ impl<V: TextureValue> Mipmap<V> {
             return value(0);
         }
         if level < last as f32 {
-            let (low, fraction) = (level as usize, level.fract());
+            let low = level as u16;
+            let fraction = level - f32::from(low);
+            let low = usize::from(low);
             value(low) * (1.0 - fraction) + value(low + 1) * fraction
         } else {
             // Also where the footprint is not a number.
@@ -160,17 +162,21 @@ impl<V: TextureValue> Mipmap<V> {
     /// The Gaussian over one level's texels within the ellipse of the given half-axes.
     fn ellipse(&self, level: usize, st: Vec2, major: Vec2, minor: Vec2) -> V {
         let level = &self.levels[level];
-        let Ellipse {
-            p,
+        let p = st * level.size() - 0.5;
+        let Some(Ellipse {
             form: [a, b, c],
             first,
             last,
-        } = Ellipse::new(level.size(), st, major, minor);
+        }) = Ellipse::new(p, major * level.size(), minor * level.size())
+        else {
+            return level.texel(p.x as i64, p.y as i64, self.wrap);
+        };
         let (mut sum, mut weights) = (V::default(), 0.0);
         let [a, b] = [a, b].map(f32x4::splat);
-        for t in first[1]..=last[1] {
+        for t in first[1]..last[1] + 1 {
             let dt = t as f32 - p.y;
             let of_row = f32x4::splat(c * dt * dt);
+            let row = level.row(t.into(), self.wrap);
             // Four texels side by side: of a long footprint's box more than half are outside the ellipse.
             let mut start = first[0];
             while start <= last[0] {
@@ -178,10 +184,7 @@ impl<V: TextureValue> Mipmap<V> {
                 let r2 = a * ds * ds + b * ds * f32x4::splat(dt) + of_row;
                 let mut inside = r2.simd_lt(f32x4::ONE).to_bitmask();
                 // Beyond the box texels may only seem to be inside, where single precision does not tell them apart.
-                let more = last[0].wrapping_sub(start) as u64;
-                if more < 3 {
-                    inside &= (2 << more) - 1;
-                }
+                inside &= 0b1111 >> (3 - last[0] + start).max(0);
                 // Rounding takes some below 0.
                 let entry = r2.fast_max(f32x4::ZERO) * f32x4::splat(GAUSSIAN_SIZE as f32);
                 let entries = entry.fast_trunc_int().to_array();
@@ -189,16 +192,13 @@ impl<V: TextureValue> Mipmap<V> {
                     let lane = inside.trailing_zeros();
                     inside &= inside - 1;
                     let weight = self.gaussian[entries[lane as usize] as usize % GAUSSIAN_SIZE];
-                    sum += level.texel(start.wrapping_add(lane.into()), t, self.wrap) * weight;
+                    sum += row.texel((start + lane as i32).into()) * weight;
                     weights += weight;
                 }
-                let Some(next) = start.checked_add(4) else {
-                    break;
-                };
-                start = next;
+                start += 4;
             }
         }
-        // No texel where the position is beyond a float's whole numbers.
+        // In single precision none may be inside of an ellipse that is long and thin.
         if weights > 0.0 {
             sum * (1.0 / weights)
         } else {
@@ -207,38 +207,57 @@ impl<V: TextureValue> Mipmap<V> {
     }
 }
 
-/// An ellipse among the texels of a level.
+/// Texels farther than this from the first are not told apart in single precision.
+const FARTHEST: f32 = (1 << 24) as f32;
+
+/// An ellipse among the texels of a level, whose centers are whole numbers.
 struct Ellipse {
-    /// Its middle, in texels: centers of texels are whole numbers.
-    p: Vec2,
     /// A, B and C of its points' A s² + B s t + C t² < 1, from the middle.
     form: [f32; 3],
     /// The first and the last texel that it may hold, in s and t.
-    first: [i64; 2],
-    last: [i64; 2],
+    first: [i32; 2],
+    last: [i32; 2],
 }
 
 impl Ellipse {
-    /// Around `st`, with these half-axes (both in units of the whole image), grown by one texel so that it always holds some.
+    /// Around `p`, with these half-axes, grown by one texel so that it always holds some. `None` where texels are not told apart, or where
+    /// anything is no number.
     #[inline(always)]
-    fn new(size: Vec2, st: Vec2, major: Vec2, minor: Vec2) -> Ellipse {
-        let p = st * size - 0.5;
-        let (d0, d1) = (major * size, minor * size);
-        let a = d0.y * d0.y + d1.y * d1.y + 1.0;
-        let b = -2.0 * (d0.x * d0.y + d1.x * d1.y);
-        let c = d0.x * d0.x + d1.x * d1.x + 1.0;
+    fn new(p: Vec2, major: Vec2, minor: Vec2) -> Option<Ellipse> {
+        let a = major.y * major.y + minor.y * minor.y + 1.0;
+        let b = -2.0 * (major.x * major.y + minor.x * minor.y);
+        let c = major.x * major.x + minor.x * minor.x + 1.0;
         let f = 1.0 / (a * c - 0.25 * b * b);
-        let (a, b, c) = (a * f, b * f, c * f);
-        let det = 4.0 * a * c - b * b;
-        let extent = 2.0 / det * Vec2::new((det * c).sqrt(), (det * a).sqrt());
-        let (low, high) = (p - extent, p + extent);
-        Ellipse {
-            p,
-            form: [a, b, c],
-            // From the first whole number not below `low`, which is −⌊−low⌋, to the last not above `high`.
-            first: [low.x, low.y].map(|v| floor(-v).0.saturating_neg()),
-            last: [high.x, high.y].map(|v| floor(v).0),
+        let reach = Vec2::new(c.sqrt(), a.sqrt());
+        let farthest = p.abs() + reach;
+        let is_near = farthest.x < FARTHEST && farthest.y < FARTHEST;
+        if !is_near {
+            return None;
         }
+        let (low, high) = (p - reach, p + reach);
+        // From the first whole number not below `low`, which is −⌊−low⌋, to the last not above `high`.
+        let [s, t, last @ ..] = floors(f32x4::new([-low.x, -low.y, high.x, high.y])).to_array();
+        Some(Ellipse {
+            form: [a * f, b * f, c * f],
+            first: [-s, -t],
+            last,
+        })
+    }
+}
+
+/// A row of a level's texels.
+struct Row<'a, V> {
+    /// None where the row is outside of an image that is black there.
+    texels: &'a [V],
+    wrap: Wrap,
+}
+
+impl<V: TextureValue> Row<'_, V> {
+    #[inline(always)]
+    fn texel(&self, s: i64) -> V {
+        let index = wrap_power_of_two(s, self.texels.len(), self.wrap);
+        let texel = index.and_then(|s| self.texels.get(s));
+        texel.copied().unwrap_or_default()
     }
 }
 
@@ -247,18 +266,18 @@ impl<V: TextureValue> Level<V> {
         Vec2::new(self.width as f32, self.height as f32)
     }
 
+    #[inline(always)]
+    fn row(&self, t: i64, wrap: Wrap) -> Row<'_, V> {
+        let texels = match wrap_power_of_two(t, self.height, wrap) {
+            Some(t) => &self.texels[t * self.width..][..self.width],
+            None => &[],
+        };
+        Row { texels, wrap }
+    }
+
     #[inline]
     fn texel(&self, s: i64, t: i64, wrap: Wrap) -> V {
-        if wrap == Wrap::Repeat {
-            // Sides are powers of two: masking wraps negative positions too.
-            let (s, t) = (
-                s as usize & (self.width - 1),
-                t as usize & (self.height - 1),
-            );
-            return self.texels[t * self.width + s];
-        }
-        let inside = wrap_index(s, self.width, wrap).zip(wrap_index(t, self.height, wrap));
-        inside.map_or(V::default(), |(s, t)| self.texels[t * self.width + s])
+        self.row(t, wrap).texel(s)
     }
 
     /// The next coarser level, each texel the mean of the four (at a side of 1: two) it covers;
@@ -368,6 +387,15 @@ fn wrap_index(i: i64, n: usize, wrap: Wrap) -> Option<usize> {
         Wrap::Repeat => Some(i.rem_euclid(n as i64) as usize),
         Wrap::Clamp => Some(i.clamp(0, last) as usize),
         Wrap::Black => (0..=last).contains(&i).then_some(i as usize),
+    }
+}
+
+/// The same where `n` is a power of two: masking wraps negative positions, too.
+#[inline(always)]
+fn wrap_power_of_two(i: i64, n: usize, wrap: Wrap) -> Option<usize> {
+    match wrap {
+        Wrap::Repeat => Some(i as usize & (n - 1)),
+        wrap => wrap_index(i, n, wrap),
     }
 }
 

@@ -6,8 +6,9 @@
 
 use super::solid::SolidPoint;
 use crate::math::Vec3;
-use crate::math::float::clamp_nan_low;
+use crate::math::float::{clamp_nan_low, floors};
 use crate::params::ParamReader;
+use wide::{f32x4, i32x4};
 
 /// Perlin's reference permutation of 0…255.
 const PERMUTATION: [u8; 256] = include!("permutation.in");
@@ -20,29 +21,44 @@ const LACUNARITY: f32 = 1.99;
 /// noise's magnitude.
 const MEAN_MAGNITUDE: f32 = 0.2;
 
+/// From here on floats are multiples of 256.
+const FAR: f32 = (1u32 << 31) as f32;
+
 /// Gradient noise: 0 at points with whole coordinates, within about ±1, with details of size 1.
 /// Repeats after 256 units. What is not finite counts as a lattice point.
 pub(super) fn noise(p: Vec3) -> f32 {
-    if !p.is_finite() {
-        return 0.0;
-    }
-    let cell = p.floor();
-    let d = p - cell;
-    // Beyond the integers' range floats have no fractions: whatever the cell, the noise is 0 there.
-    let [x, y, z] = cell.to_array().map(|c| c as i64);
-    let corner = |i: u8, j: u8, k: u8| {
-        let [i64x, i64y, i64z] = [i, j, k].map(i64::from);
-        let hash = hash(
-            x.wrapping_add(i64x),
-            y.wrapping_add(i64y),
-            z.wrapping_add(i64z),
-        );
-        gradient(hash, d - Vec3::new(i.into(), j.into(), k.into()))
+    let is_near = p.abs().cmplt(Vec3::splat(FAR)).all();
+    let p = if is_near { p } else { folded(p) };
+    let p = f32x4::new([p.x, p.y, p.z, 0.0]);
+    let cell = floors(p);
+    let d = p - f32x4::from_i32x4(cell);
+    let [wx, wy, wz, _] = fade(d).to_array();
+    let [dx, dy, dz, _] = d.to_array();
+    let [x, y, z, _] = cell.to_array().map(|c| c as u8);
+    // Four corners with the same x side by side: y runs first.
+    let ys = f32x4::new([dy, dy - 1.0, dy, dy - 1.0]);
+    let zs = f32x4::new([dz, dz, dz - 1.0, dz - 1.0]);
+    let corners = |i: u8| {
+        let of_x = permuted(x.wrapping_add(i));
+        let [a, b] = [y, y.wrapping_add(1)].map(|y| permuted(of_x.wrapping_add(y)));
+        let hash = |of_y: u8, k: u8| permuted(of_y.wrapping_add(z).wrapping_add(k));
+        let hashes = [hash(a, 0), hash(b, 0), hash(a, 1), hash(b, 1)];
+        products(hashes, [f32x4::splat(dx - f32::from(i)), ys, zs])
     };
-    let [wx, wy, wz] = d.to_array().map(fade);
-    let along_x = |j, k| lerp(wx, corner(0, j, k), corner(1, j, k));
-    let along_y = |k| lerp(wy, along_x(0, k), along_x(1, k));
-    lerp(wz, along_y(0), along_y(1))
+    let wx = f32x4::splat(wx);
+    let along_x = (f32x4::ONE - wx) * corners(0) + wx * corners(1);
+    let [a, b, c, d] = along_x.to_array();
+    lerp(wz, lerp(wy, a, b), lerp(wy, c, d))
+}
+
+/// A point with the noise of one that is far away, or not finite.
+#[cold]
+fn folded(p: Vec3) -> Vec3 {
+    if p.is_finite() {
+        Vec3::select(p.abs().cmplt(Vec3::splat(FAR)), p, Vec3::ZERO)
+    } else {
+        Vec3::ZERO
+    }
 }
 
 /// Noise in the plane: [`noise`] at z = ½.
@@ -50,25 +66,28 @@ pub(super) fn noise2(x: f32, y: f32) -> f32 {
     noise(Vec3::new(x, y, 0.5))
 }
 
-fn hash(x: i64, y: i64, z: i64) -> u8 {
-    let permuted = |i: i64| PERMUTATION[(i & 255) as usize];
-    permuted(i64::from(permuted(i64::from(permuted(x)).wrapping_add(y))).wrapping_add(z))
+fn permuted(i: u8) -> u8 {
+    PERMUTATION[usize::from(i)]
 }
 
-/// Product of `d` and the gradient that the hash's low four bits choose.
-fn gradient(hash: u8, d: Vec3) -> f32 {
-    let h = hash & 15;
-    let on_edge = h == 12 || h == 13;
-    let first = if h < 8 || on_edge { d.x } else { d.y };
-    let second = if h < 4 || on_edge { d.y } else { d.z };
-    let signed = |bit: u8, v: f32| if h & bit != 0 { -v } else { v };
-    signed(1, first) + signed(2, second)
+/// Products of the distances from four corners and the gradients that the low four bits of their hashes choose.
+#[inline(always)]
+fn products(hashes: [u8; 4], [x, y, z]: [f32x4; 3]) -> f32x4 {
+    let lanes = bytemuck::cast::<i32x4, f32x4>;
+    let h = i32x4::new(hashes.map(|h| i32::from(h & 15)));
+    // 12 and 13.
+    let on_edge = (h & i32x4::splat(14)).simd_eq(i32x4::splat(12));
+    let first = lanes(h.simd_lt(i32x4::splat(8)) | on_edge).bitselect(x, y);
+    let second = lanes(h.simd_lt(i32x4::splat(4)) | on_edge).bitselect(y, z);
+    // The lowest two bits are their signs.
+    (first ^ lanes((h & i32x4::splat(1)) << 31)) + (second ^ lanes((h & i32x4::splat(2)) << 30))
 }
 
 /// Perlin's 6t⁵ − 15t⁴ + 10t³: first and second derivatives vanish at both ends.
-fn fade(t: f32) -> f32 {
+#[inline(always)]
+fn fade(t: f32x4) -> f32x4 {
     let t3 = t * t * t;
-    6.0 * t3 * t * t - 15.0 * t3 * t + 10.0 * t3
+    f32x4::splat(6.0) * t3 * t * t - f32x4::splat(15.0) * t3 * t + f32x4::splat(10.0) * t3
 }
 
 fn lerp(t: f32, a: f32, b: f32) -> f32 {
@@ -198,6 +217,42 @@ mod tests {
             let p = (somewhere(i) * 8.0).round() / 8.0;
             assert_eq!(noise(p), noise(p + Vec3::new(256.0, -512.0, 256.0)));
         }
+    }
+
+    /// [`noise`], a corner at a time.
+    fn one_by_one(p: Vec3) -> f32 {
+        let d = p - p.floor();
+        let [x, y, z] = p.floor().to_array().map(|c| c as i64);
+        let permuted = |i: i64| i64::from(PERMUTATION[(i & 255) as usize]);
+        let corner = |i: i64, j: i64, k: i64| {
+            let hash = permuted(permuted(permuted(x + i) + y + j) + z + k) & 15;
+            let [x, y, z] = (d - Vec3::new(i as f32, j as f32, k as f32)).to_array();
+            // The midpoints of a cube's edges; four of them twice, and two of these are not those that Perlin has.
+            let (first, second) = match hash {
+                0..4 | 12 | 13 => (x, y),
+                4..8 => (x, z),
+                _ => (y, z),
+            };
+            let signed = |bit: i64, v: f32| if hash & bit == 0 { v } else { -v };
+            signed(1, first) + signed(2, second)
+        };
+        let [wx, wy, wz, _] = fade(f32x4::new([d.x, d.y, d.z, 0.0])).to_array();
+        let along_x = |j, k| lerp(wx, corner(0, j, k), corner(1, j, k));
+        let along_y = |k| lerp(wy, along_x(0, k), along_x(1, k));
+        lerp(wz, along_y(0), along_y(1))
+    }
+
+    #[test]
+    fn corners_side_by_side_are_those_of_one_at_a_time() {
+        for i in 0..5000 {
+            for p in [somewhere(i), somewhere(i) * 1e6, -somewhere(i).abs()] {
+                assert_eq!(noise(p).to_bits(), one_by_one(p).to_bits(), "{p}");
+            }
+        }
+        // Where a coordinate has no fractions, nor a cell that 32 bits hold.
+        let far = Vec3::new(0.25, -3e10, 0.5);
+        assert_eq!(noise(far), one_by_one(far));
+        assert_ne!(noise(far), 0.0);
     }
 
     #[test]

@@ -428,8 +428,7 @@ fn check_density(built: &PreparedScene, id: LightId, nearest: bool, world: &str)
             p,
             p_error: Vec3::splat(1e-6),
             n,
-            time: 0.0,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let side = if light.is_delta() { 8 } else { 300 };
         let random = |i: u32, k: u32| unit_float(mix2(i.into(), k.into()));

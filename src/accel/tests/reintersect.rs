@@ -40,10 +40,7 @@ fn check_convex(geometry: &mut Geometry, center: Vec3, size: f32, random: &mut R
         // The light's end of a shadow ray.
         let from = crate::surface::ReferencePoint {
             p: o,
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
-            time: 0.0,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         assert!(!geometry.occluded(&from.shadow_ray_to(s.p, s.p_error, s.n), &opaque));
     }

@@ -121,10 +121,8 @@ impl Emitter {
         let [a, b, u, v] = spread::<4>(i);
         let from = ReferencePoint {
             p: (self.corner + a * self.edges[0] + b * self.edges[1]).as_vec3(),
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
             time: 0.5,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let sample = LensSample {
             lens: Vec2::new(u as f32, v as f32),

@@ -138,10 +138,9 @@ fn pictures(case: &Case, n: u32) -> [Vec<[f64; 2]>; 3] {
         let p = case.corner + u.x * case.edges[0] + u.y * case.edges[1];
         let from = ReferencePoint {
             p: p.as_vec3(),
-            p_error: Vec3::ZERO,
             n: case.normal().as_vec3(),
             time: case.shutter.time(numbers.next()),
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let sample = LensSample {
             lens: next2(&mut numbers),
@@ -305,10 +304,8 @@ fn connections_undo_camera_rays() {
             };
             let from = ReferencePoint {
                 p: p.as_vec3(),
-                p_error: Vec3::ZERO,
-                n: Vec3::ZERO,
                 time: ray.ray.time,
-                receiver_side: Default::default(),
+                ..Default::default()
             };
             let again = LensSample {
                 lens: sample.lens,
@@ -502,10 +499,7 @@ fn what_lies_behind_the_camera_or_on_it_is_not_aimed_at() {
     let camera = |spec| Camera::new(&projective(spec), &FILM, &place).unwrap();
     let from = |p: Vec3| ReferencePoint {
         p,
-        p_error: Vec3::ZERO,
-        n: Vec3::ZERO,
-        time: 0.0,
-        receiver_side: Default::default(),
+        ..Default::default()
     };
     let sample = LensSample {
         lens: Vec2::splat(0.5),

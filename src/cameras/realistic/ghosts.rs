@@ -104,10 +104,9 @@ impl Realistic {
         Some(GhostEntry {
             point: ReferencePoint {
                 p: placement.placed(p).as_vec3(),
-                p_error: Vec3::ZERO,
                 n: normal.as_vec3(),
                 time,
-                receiver_side: Default::default(),
+                ..Default::default()
             },
             y,
             n,

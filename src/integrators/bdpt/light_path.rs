@@ -17,7 +17,7 @@ use crate::integrators::{BOTH_WAYS, Beginning};
 use crate::lights::{Emission, LightEnd};
 use crate::math::{Rgb, color::is_black};
 use crate::samplers::SampleStream;
-use crate::surface::{ReceiverSide, ReferencePoint};
+use crate::surface::ReferencePoint;
 use crate::world::World;
 
 /// A vertex that other subpaths can be joined to.
@@ -126,7 +126,7 @@ impl<'a> LightTracer<'_, 'a> {
             p_error: emission.p_error,
             n: emission.n,
             time,
-            receiver_side: ReceiverSide::NoMis,
+            ..Default::default()
         };
         let density = emission.density;
         let spread = match light.is_at_infinity() {

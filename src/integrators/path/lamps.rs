@@ -225,8 +225,7 @@ impl<S: Scatterer> VertexRows<'_, S> {
             p: self.p.get(i),
             p_error: self.p_error.get(i),
             n: scatterer.geometric_normal(),
-            time: 0.0,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let u = Vec2::new(self.u[0][i], self.u[1][i]);
         let (point, is_seen) = emitter.sample(&from, u);

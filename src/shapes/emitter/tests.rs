@@ -19,10 +19,7 @@ use crate::shapes::triangle::Triangle;
 fn reference(p: Vec3) -> ReferencePoint {
     ReferencePoint {
         p,
-        p_error: Vec3::ZERO,
-        n: Vec3::ZERO,
-        time: 0.0,
-        receiver_side: Default::default(),
+        ..Default::default()
     }
 }
 

@@ -127,12 +127,15 @@ fn elliptical_look_ups_follow_the_ellipse() {
 /// [`Mipmap::ellipse`], a texel at a time.
 fn one_by_one(map: &Mipmap<f32>, level: usize, st: Vec2, major: Vec2, minor: Vec2) -> f32 {
     let level = &map.levels[level];
-    let Ellipse {
-        p,
+    let p = st * level.size() - 0.5;
+    let Some(Ellipse {
         form: [a, b, c],
         first,
         last,
-    } = Ellipse::new(level.size(), st, major, minor);
+    }) = Ellipse::new(p, major * level.size(), minor * level.size())
+    else {
+        panic!("{st} is far from the image");
+    };
     let (mut sum, mut weights) = (0.0, 0.0);
     for t in first[1]..=last[1] {
         for s in first[0]..=last[0] {
@@ -140,7 +143,7 @@ fn one_by_one(map: &Mipmap<f32>, level: usize, st: Vec2, major: Vec2, minor: Vec
             let r2 = a * ds * ds + b * ds * dt + c * dt * dt;
             if r2 < 1.0 {
                 let weight = map.gaussian[((r2 * 128.0) as usize).min(127)];
-                sum += level.texel(s, t, map.wrap) * weight;
+                sum += level.texel(s.into(), t.into(), map.wrap) * weight;
                 weights += weight;
             }
         }

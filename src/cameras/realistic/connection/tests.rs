@@ -147,10 +147,7 @@ fn bundles_land_as_rays_alone() {
         let c = camera(&spec);
         let from = |p: Vec3| ReferencePoint {
             p,
-            p_error: Vec3::ZERO,
-            n: Vec3::ZERO,
-            time: 0.0,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let aims: Vec<Traced> = samples(6000, Vec2::ZERO, FILM.resolution.as_vec2())
             .filter_map(|s| {
@@ -217,10 +214,7 @@ fn cameras_whose_rays_are_not_those_of_the_lens_do_not_connect() {
     let c = Camera::new(&spec, &FILM, &Transform::IDENTITY).unwrap();
     let from = ReferencePoint {
         p: Vec3::new(0.0, 0.0, 1000.0),
-        p_error: Vec3::ZERO,
-        n: Vec3::ZERO,
-        time: 0.0,
-        receiver_side: Default::default(),
+        ..Default::default()
     };
     let sample = LensSample {
         lens: Vec2::splat(0.4),

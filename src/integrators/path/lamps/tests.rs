@@ -71,8 +71,7 @@ fn fill<S: Kind>(vertices: &mut Vertices<S>, seed: u64) {
             p: 8.0 * vector(0) - Vec3::splat(4.0),
             p_error: 1e-6 * vector(3),
             n: unit(6),
-            time: 0.0,
-            receiver_side: Default::default(),
+            ..Default::default()
         };
         let n = (unit(6) + 0.3 * unit(9)).normalize_or(Vec3::Z);
         let (scatterer, _) = S::made(vector(12), from.n, n, unit(15));
