@@ -140,9 +140,7 @@ impl Integrator {
     #[inline(never)]
     pub fn workspace(&self, world: &World) -> Workspace {
         let wave = match &self.spec {
-            IntegratorSpec::Path(_) | IntegratorSpec::VolPath(_) => {
-                Some(Box::new(Wave::new(world)))
-            }
+            IntegratorSpec::Path(_) | IntegratorSpec::VolPath(_) => Some(Wave::new(world)),
             _ => None,
         };
         Workspace {

@@ -102,7 +102,7 @@ impl Path {
     ) {
         let world = bundle.world;
         let wave = bundle.workspace.wave.take();
-        let mut wave = wave.unwrap_or_else(|| Box::new(Wave::new(world)));
+        let mut wave = wave.unwrap_or_else(|| Wave::new(world));
         let (path, watch) = (
             self,
             bundle.paths.first().and_then(|path| path.watch.as_deref()),

@@ -70,8 +70,10 @@ impl<S: Scatterer> Lot<S> {
 }
 
 impl Wave {
-    pub(in super::super) fn new(world: &World) -> Wave {
-        Wave {
+    /// Never inlined, and in its box at once: it is a quarter of a megabyte, which no caller's stack is to hold besides.
+    #[inline(never)]
+    pub(in super::super) fn new(world: &World) -> Box<Wave> {
+        Box::new(Wave {
             paths: Paths {
                 trails: Vec::with_capacity(WAVE),
                 branches: ArrayVec::new(),
@@ -88,7 +90,7 @@ impl Wave {
             wants_uv: false,
             mattes: Lot::new(world),
             coated: Lot::new(world),
-        }
+        })
     }
 }
 
