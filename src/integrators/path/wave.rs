@@ -37,8 +37,8 @@ pub(in super::super) struct Wave {
     /// For layers: how many paths have not met all that these tell of, and whether they ask for (u, v).
     looking: usize,
     wants_uv: bool,
-    mattes: Lot<Matte>,
-    coated: Lot<Coated>,
+    mattes: Box<Lot<Matte>>,
+    coated: Box<Lot<Coated>>,
 }
 
 /// What vertices of all kinds share.
@@ -61,16 +61,18 @@ struct Lot<S: Scatterer> {
 }
 
 impl<S: Scatterer> Lot<S> {
-    fn new(world: &World) -> Lot<S> {
-        Lot {
+    /// Never inlined: it is made on the stack, twice over until it is in its box.
+    #[inline(never)]
+    fn new(world: &World) -> Box<Lot<S>> {
+        Box::new(Lot {
             vertices: Vertices::default(),
             lamps: Lamps::new(world),
-        }
+        })
     }
 }
 
 impl Wave {
-    /// Never inlined, and in its box at once: it is a quarter of a megabyte, which no caller's stack is to hold besides.
+    /// Never inlined: no caller's stack is to hold it as well.
     #[inline(never)]
     pub(in super::super) fn new(world: &World) -> Box<Wave> {
         Box::new(Wave {
