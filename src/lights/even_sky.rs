@@ -1,7 +1,7 @@
-//! Directions toward light that comes equally from everywhere, by the cosine of the receiver.
+//! Sampling of an infinite light of constant radiance, by the receiver's cosine.
 //!
-//! The true normal of a surface decides on which side light counts, the shading normal by which cosine (Pharr, Jakob and Humphreys 2016,
-//! §9.1). Where the shading normal is tilted, light also counts that comes from behind it. BSDF sampling finds none of that, so light
+//! The geometric normal of a surface decides which hemisphere contributes, the shading normal gives the cosine (Pharr, Jakob and Humphreys 2016,
+//! §9.1). Where the shading normal is tilted, light contributes that comes from behind it. BSDF sampling finds none of that, so light
 //! sampling has to.
 
 use crate::math::frame::{Frame, coordinate_system};
@@ -15,12 +15,13 @@ use crate::surface::{ReceiverSide, ReferencePoint};
 /// but perhaps not what is scattered.
 const UNIFORM_SHARE: f32 = 0.125;
 
-/// The least part behind a shading normal for which there are samples, at a tilt of 11 degrees. Where it is less, the densities of skies, made for
-/// classes of normals, are wide enough.
-const LEAST_BEHIND: f32 = 0.01;
+/// The smallest part behind a shading normal that has samples of its own: a tilt of 11 degrees. Below that the sky's densities, which are made for
+/// classes of normals, cover it.
+const MIN_BEHIND: f32 = 0.01;
 
-/// The share of samples over the part of what counts. The rest goes by the sky, whose brightest places may be behind, too.
-const SHARE_OF_PART: f32 = 0.5;
+/// The share of the samples that go behind the normal, over the part of an even sky's irradiance that comes from there. The others follow the sky,
+/// which may be brightest there, too.
+const BEHIND_SHARE: f32 = 0.5;
 
 /// A direction and its density: by the cosine at a surface, on the sides that count; uniform in a medium.
 pub(super) fn sample(from: &ReferencePoint, u: Vec2) -> (Vec3, f32) {
@@ -86,9 +87,9 @@ pub(super) struct BehindNormal {
     n: Vec3,
     /// The opposite of the shading normal.
     away: Vec3,
-    /// The cosine between the true and the shading normal: below 0 where one is seen from behind and the other is not.
+    /// The cosine between the true and the shading normal: below 0 where the ray meets one from its front and the other from behind.
     cosine: f32,
-    /// The part of all that counts, if the sky is even.
+    /// The part of the irradiance that comes from here, if the sky is even.
     part: f32,
 }
 
@@ -103,7 +104,7 @@ impl BehindNormal {
         };
         let cosine = from.shading_n.dot(n);
         let part = 0.5 * (1.0 - cosine);
-        let is_tilted = part > LEAST_BEHIND && n != Vec3::ZERO;
+        let is_tilted = part > MIN_BEHIND && n != Vec3::ZERO;
         is_tilted.then_some(BehindNormal {
             n,
             away: -from.shading_n,
@@ -114,7 +115,7 @@ impl BehindNormal {
 
     /// A direction from this part by the cosine, if these numbers choose it.
     pub(super) fn sample(&self, u: Vec2) -> Option<Vec3> {
-        let share = SHARE_OF_PART * self.part;
+        let share = BEHIND_SHARE * self.part;
         if u.x >= share {
             return None;
         }
@@ -130,7 +131,7 @@ impl BehindNormal {
 
     /// The numbers for the sky's samples, if they do not.
     pub(super) fn rest(&self, u: Vec2) -> Vec2 {
-        let share = SHARE_OF_PART * self.part;
+        let share = BEHIND_SHARE * self.part;
         Vec2::new((u.x - share) / (1.0 - share), u.y)
     }
 
@@ -142,6 +143,6 @@ impl BehindNormal {
         } else {
             0.0
         };
-        SHARE_OF_PART * by_cosine + (1.0 - SHARE_OF_PART * self.part) * of_sky
+        BEHIND_SHARE * by_cosine + (1.0 - BEHIND_SHARE * self.part) * of_sky
     }
 }

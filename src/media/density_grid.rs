@@ -201,7 +201,7 @@ mod tests {
             let r = |k: u64| unit_float(mix2(i, k));
             let at = Vec3::new(r(1), r(2), r(3)) * (n - UVec3::ONE).as_vec3();
             let found = grid.density((at + 0.5) / n.as_vec3());
-            // A few roundings of numbers up to 30.
+            // Eight roundings of numbers up to 20.
             assert!((found - density(at)).abs() < 2e-5, "{at}: {found}");
         }
     }

@@ -221,7 +221,7 @@ struct Ellipse {
 
 impl Ellipse {
     /// Around `p`, with these half-axes, grown by one texel so that it always holds some. `None` where texels are not told apart, or where
-    /// anything is no number.
+    /// anything is NaN.
     #[inline(always)]
     fn new(p: Vec2, major: Vec2, minor: Vec2) -> Option<Ellipse> {
         let a = major.y * major.y + minor.y * minor.y + 1.0;
@@ -247,7 +247,7 @@ impl Ellipse {
 
 /// A row of a level's texels.
 struct Row<'a, V> {
-    /// None where the row is outside of an image that is black there.
+    /// Empty where the row is outside of an image that is black there.
     texels: &'a [V],
     wrap: Wrap,
 }
