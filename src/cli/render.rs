@@ -88,8 +88,8 @@ pub(super) struct RenderArgs {
     /// then taken in two independent halves
     #[arg(help_heading = "Output", long)]
     variance: bool,
-    /// Layers to write besides the image, into the same .exr file: albedo, normal, depth, position, uv, coc, alpha, with commas
-    /// between; instead of the scene's
+    /// Layers to write besides the image, into the same .exr file: albedo, normal, depth, position, uv, material, instance,
+    /// motion, lights, coc, alpha, with commas between; instead of the scene's
     #[arg(help_heading = "Output", long, value_name = "LAYERS", value_parser = LayerSet::parse)]
     aov: Option<LayerSet>,
     /// Also write the image without its noise, as OUTPUT.denoised.exr, by Open Image Denoise, if that library is on this machine

@@ -51,6 +51,10 @@ impl BlockTest for WelchTest<'_> {
     }
 }
 
+/// Factors count as no smaller than this where it is asked how well they are known: where one pixel has nearly all of a square's variance, chance may make the
+/// halves of an image so alike there that the square seems to have none, and its factor not to matter.
+const MIN_FACTOR: f32 = 0.1;
+
 /// An estimate, and how well the factors of its [`Pool`](super::Pool) are known.
 pub(super) struct Known<'a> {
     estimate: Estimate<'a>,
@@ -66,9 +70,12 @@ impl<'a> Known<'a> {
         let side = estimate.pool.map_or(1, |pool| pool.side.max(1));
         let squares = touched(bounds, side);
         let pooled = estimate.pool.and(estimate.image.variance.as_ref());
+        let independent = estimate.image.independent.as_deref().unwrap_or_default();
         let mut sums = vec![[DVec3::ZERO; 2]; pooled.map_or(0, |_| squares.area())];
-        for (pixel, variance) in bounds.pixels().zip(pooled.into_iter().flatten()) {
-            let variance = variance.as_dvec3();
+        let variances = bounds.pixels().zip(pooled.into_iter().flatten());
+        for (i, (pixel, variance)) in variances.enumerate() {
+            let own = independent.get(i).copied().unwrap_or_default();
+            let variance = variance.max(MIN_FACTOR * own).as_dvec3();
             if let Some(sum) = squares.index(pixel / side).and_then(|i| sums.get_mut(i)) {
                 *sum = [sum[0] + variance, sum[1] + variance * variance];
             }
@@ -223,5 +230,36 @@ mod tests {
             // A dozen roundings.
             assert!((found / expected - 1.0).abs() < 1e-14, "{found} {expected}");
         }
+    }
+
+    /// One pixel has nearly all of a square's variance, and the halves are alike there by chance: the degrees of freedom are those of one pixel.
+    #[test]
+    fn a_factor_that_chance_made_small_is_not_taken_for_known() {
+        let mut image = Image::black(UVec2::new(8, 8));
+        let mut own = vec![Rgb::splat(1e-3); 64];
+        own[9] = Rgb::splat(1.0);
+        // The other squares' factors are 1.
+        let is_alike = |i: usize| i % 8 < 4 && i / 8 < 4;
+        let pooled = own
+            .iter()
+            .enumerate()
+            .map(|(i, v)| if is_alike(i) { *v * 1e-6 } else { *v });
+        image.variance = Some(pooled.collect());
+        image.independent = Some(own);
+        let freedom = |image: &Image| {
+            let known = Known::new(Estimate {
+                image,
+                freedom: 62.0,
+                pool: Some(Pool {
+                    side: 4,
+                    freedom: 1.0,
+                }),
+                samples: None,
+            });
+            block_means(&known, image.bounds, false)[1].freedom
+        };
+        assert!((1.0..2.5).contains(&freedom(&image)), "{}", freedom(&image));
+        image.independent = None;
+        assert!(freedom(&image) > 40.0);
     }
 }

@@ -178,10 +178,11 @@ impl Film {
         let has_paths = |splats: &&Splats| splats.paths().count() > 0;
         let estimates: Vec<&Splats> = splats.iter().filter(has_paths).collect();
         let part = 1.0 / estimates.len() as f64;
-        for (pixel, statistics) in self.bounds.pixels().zip(&mut self.pixels) {
-            for splats in &estimates {
-                let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
-                *statistics = statistics.plus(mean * part, variance * (part * part));
+        for splats in &estimates {
+            let variances = splats.variances();
+            for (pixel, statistics) in self.bounds.pixels().zip(&mut self.pixels) {
+                let variance = variances.at(pixel) * (part * part);
+                *statistics = statistics.plus(splats.mean(pixel) * part, variance);
             }
         }
         if let Some(layers) = self

@@ -30,6 +30,8 @@ pub struct LoadedImage {
     pub pool: Option<u32>,
     /// Attribute `denoised`: what has taken the noise out.
     pub denoised: Option<String>,
+    /// The file has `X`, `Y` and `Z`, from which the colors are converted.
+    pub from_xyz: bool,
 }
 
 /// Why an image could not be read; always names the file.
@@ -93,6 +95,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
     let own = colors(layer, CHANNELS);
     // Variances of other axes are not those of these.
     let variance = own.as_ref().and_then(|_| colors(layer, VARIANCES));
+    let is_own = own.is_some();
     let pixels = own.or_else(from_xyz);
     let pixels = pixels.ok_or_else(|| ReadError::NoColor(path.to_owned()))?;
     let independent = variance.as_ref().and_then(|_| colors(layer, INDEPENDENT));
@@ -110,6 +113,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
         freedom: number(&layer.attributes.other, "degreesOfFreedom").map(f64::from),
         pool: number(&layer.attributes.other, "variancePool").filter(|&side| side > 0),
         denoised: text(&layer.attributes.other, "denoised"),
+        from_xyz: !is_own,
     })
 }
 

@@ -24,6 +24,10 @@ const LARGEST: u32 = 87;
 /// largest number, and still be that of any order.
 const FRACTION_OF_SQUARE: i32 = 36;
 
+/// Sides of squares of pixels, the last as large as any image, and the parts of their mean variances that each of their pixels has at least. They grow by a
+/// quarter at most for the smallest squares, where one pixel has all, by a sixteenth for the others: sums over blocks stay about what they are.
+const PARTS_AROUND: [(u32, f64); 3] = [(4, 1.0 / 4.0), (16, 1.0 / 16.0), (1 << 31, 1.0 / 64.0)];
+
 /// The farthest that the point is moved either way: lights up to 2¹⁰⁰ times as strong as 1.
 const MOST_SCALE: i32 = 100;
 
@@ -163,6 +167,28 @@ impl Splats {
         (squares - mean * mean).max(DVec3::ZERO) / (count - 1.0)
     }
 
+    /// [`variance_of_mean`](Self::variance_of_mean), but for each pixel at least parts of the means over squares around it.
+    pub fn variances(&self) -> Variances<'_> {
+        Variances {
+            splats: self,
+            around: PARTS_AROUND.map(|(side, part)| (side, self.parts_of_squares(side, part))),
+        }
+    }
+
+    /// So much of the mean over each square of pixels of so many to a side, counted from the corner of the whole image; all squares in units of their side.
+    fn parts_of_squares(&self, side: u32, part: f64) -> (PixelBounds, Vec<DVec3>) {
+        let (min, max) = (self.bounds.min, self.bounds.max);
+        let squares = PixelBounds::new(min / side, max.map(|n| n.div_ceil(side)));
+        let mut sums = vec![(DVec3::ZERO, 0.0); squares.area()];
+        for pixel in self.bounds.pixels() {
+            if let Some(sum) = squares.index(pixel / side).and_then(|i| sums.get_mut(i)) {
+                *sum = (sum.0 + self.variance_of_mean(pixel), sum.1 + 1.0);
+            }
+        }
+        let parts = { sums.into_iter() }.map(|(sum, count)| sum * (part / f64::max(count, 1.0)));
+        (squares, parts.collect())
+    }
+
     /// Nothing, outside.
     fn sums(&self, pixel: UVec2) -> Sums {
         self.sums_of_part(pixel, 0)
@@ -174,6 +200,26 @@ impl Splats {
         let place = |index: usize| index + part * self.bounds.area();
         let sums = index.and_then(|index| self.pixels.get(place(index)));
         sums.copied().unwrap_or_default()
+    }
+}
+
+/// Variances of what paths bring to pixels. What a few bring, so rarely that none has come to a pixel, is known from its neighbors alone.
+pub struct Variances<'a> {
+    splats: &'a Splats,
+    /// By the sides of the squares, which are in units of them.
+    around: [(u32, (PixelBounds, Vec<DVec3>)); PARTS_AROUND.len()],
+}
+
+impl Variances<'_> {
+    /// That of the mean of a pixel. Infinite for one path.
+    pub fn at(&self, pixel: UVec2) -> DVec3 {
+        let own = self.splats.variance_of_mean(pixel);
+        self.around
+            .iter()
+            .fold(own, |own, (side, (squares, parts))| {
+                let part = squares.index(pixel / *side).and_then(|i| parts.get(i));
+                own.max(part.copied().unwrap_or_default())
+            })
     }
 }
 
@@ -391,6 +437,36 @@ mod tests {
     }
 
     #[test]
+    fn pixels_that_no_path_comes_to_have_a_part_of_their_neighbors_variance() {
+        let bounds = PixelBounds::new(UVec2::new(2, 0), UVec2::new(40, 24));
+        let mut splats = Splats::new(bounds, 0, 0);
+        let mut buffer = SplatBuffer::new(bounds, f32::INFINITY, false);
+        buffer.begin(0);
+        let bright = UVec2::new(5, 6);
+        buffer.push(0, bright, Rgb::ONE, (LightLayer::default(), Rgb::ONE));
+        buffer.reach(1000);
+        splats.add(&mut buffer);
+        let own = splats.variance_of_mean(bright).x;
+        let variances = splats.variances();
+        let at = |x, y| variances.at(UVec2::new(x, y)).x;
+        // Its square of 4 × 4; that of 16 × 16, of which 14 × 16 are there; and elsewhere.
+        for ((x, y), expected) in [
+            ((5, 6), own),
+            ((4, 7), own / 16.0 / 4.0),
+            ((2, 0), own / (14.0 * 16.0) / 16.0),
+            ((39, 23), own / (38.0 * 24.0) / 64.0),
+        ] {
+            assert!((at(x, y) / expected - 1.0).abs() < 1e-14, "{x} {y}");
+        }
+        // What is not known stays so.
+        let mut single = Splats::new(bounds, 0, 0);
+        buffer.begin(0);
+        buffer.reach(1);
+        single.add(&mut buffer);
+        assert_eq!(single.variances().at(bright), DVec3::INFINITY);
+    }
+
+    #[test]
     fn too_much_light_stays_the_most_there_is() {
         let mut splats = Splats::new(bounds(), 0, 0);
         let pixel = UVec2::new(3, 5);
@@ -522,7 +598,7 @@ mod tests {
         film.merge(tile);
         let splats = traced(0..1000, 0);
         film.add_light(std::slice::from_ref(&splats));
-        let (mean, variance) = (splats.mean(pixel), splats.variance_of_mean(pixel));
+        let (mean, variance) = (splats.mean(pixel), splats.variances().at(pixel));
         let image = film.develop();
         let at = 6 * 20 + 4;
         // Two of single precision's roundings.

@@ -163,6 +163,12 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         (self.u[0][i], self.u[1][i]) = (u.x, u.y);
     }
 
+    /// These numbers.
+    #[inline(always)]
+    pub(super) fn number(&self, i: usize) -> Vec2 {
+        Vec2::new(self.u[0][i], self.u[1][i])
+    }
+
     /// Chooses directions.
     pub(super) fn sample(&mut self) {
         let count = self.count();

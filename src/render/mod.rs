@@ -38,7 +38,7 @@ use crate::integrators::witness::{Place, Watch};
 use crate::integrators::{CameraEnd, CameraPath, Counts, GhostLight, Integrator, WAVE, Workspace};
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::{DVec3, Rgb, UVec2, Vec2};
-use crate::samplers::{SampleStream, Sampler};
+use crate::samplers::{Pairs, SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
 use layers::{Shown, Tell};
@@ -226,14 +226,16 @@ fn sample_tile(
     let mut indices = bounds.pixels().flat_map(|pixel| {
         let of_pixel = sampler.of_pixel(pixel.as_ivec2());
         let indices = samples_of_pixel.clone();
-        indices.map(move |index| (pixel, index, of_pixel.stream(index)))
+        indices.map(move |index| PendingSample::undrawn(of_pixel.stream(index), (pixel, index)))
     });
+    let mut pairs = Box::<Pairs<WAVE>>::default();
     loop {
-        for (pixel, index, stream) in indices.by_ref().take(WAVE) {
-            let (sample, rest) = PendingSample::drawn(job, &all.draws, stream, (pixel, index));
-            samples.push(sample);
-            waiting.push(rest);
-        }
+        waiting.extend(indices.by_ref().take(WAVE));
+        let on_film = places(&mut pairs, &mut waiting);
+        samples.extend(
+            { waiting.iter_mut().zip(on_film) }
+                .map(|(waiting, on_film)| waiting.draw(job, &all.draws, on_film)),
+        );
         if samples.is_empty() {
             tile.close();
             return;
@@ -272,6 +274,21 @@ fn sample_tile(
         waiting.clear();
         samples.clear();
     }
+}
+
+/// The numbers for the places on the film.
+fn places(pairs: &mut Pairs<WAVE>, waiting: &mut [PendingSample]) -> ArrayVec<Vec2, WAVE> {
+    pairs.clear();
+    let mut places = ArrayVec::<_, WAVE>::new();
+    for (i, waiting) in waiting.iter_mut().enumerate() {
+        places.push(pairs.ask(&mut waiting.stream, i).unwrap_or_default());
+    }
+    pairs.compute();
+    for asked in 0..pairs.asked() {
+        let i = pairs.whose(asked);
+        places[i] = pairs.answer(asked, &mut waiting[i].stream);
+    }
+    places
 }
 
 /// Traces each path by itself while this looks at it.
@@ -426,22 +443,36 @@ impl PendingSample {
         index: u32,
     ) -> (CameraSample, PendingSample) {
         let stream = sampler.stream(pixel.as_ivec2(), index);
-        PendingSample::drawn(job, &Draws::new(job), stream, (pixel, index))
+        let mut waiting = PendingSample::undrawn(stream, (pixel, index));
+        let on_film = waiting.stream.next_2d();
+        (waiting.draw(job, &Draws::new(job), on_film), waiting)
     }
 
-    /// Dimensions are used in the order film, time, lens (if the camera has one), wavelength (if it disperses), path.
+    /// The same, whose numbers are in `stream`, before any is drawn.
+    #[inline(always)]
+    fn undrawn(stream: SampleStream, (pixel, index): (UVec2, u32)) -> PendingSample {
+        PendingSample {
+            pixel,
+            index,
+            stream,
+            filter_weight: 1.0,
+            film_density: 1.0,
+        }
+    }
+
+    /// Draws what the camera needs, of which the place `on_film` has been drawn. Dimensions are used in the order film, time, lens (if the camera has
+    /// one), wavelength (if it disperses), path.
     #[inline]
-    fn drawn(
-        job: &RenderJob,
-        draws: &Draws,
-        mut stream: SampleStream,
-        (pixel, index): (UVec2, u32),
-    ) -> (CameraSample, PendingSample) {
-        let on_film = job.filter.sample(stream.next_2d());
-        let time = stream.next_1d_if(draws.time);
-        let sample = CameraSample {
-            raster: pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
-            time,
+    fn draw(&mut self, job: &RenderJob, draws: &Draws, on_film: Vec2) -> CameraSample {
+        let on_film = job.filter.sample(on_film);
+        self.filter_weight = on_film.weight;
+        if draws.film_density {
+            self.film_density = job.filter.at(on_film.offset).0;
+        }
+        let stream = &mut self.stream;
+        CameraSample {
+            raster: self.pixel.as_vec2() + Vec2::splat(0.5) + on_film.offset,
+            time: stream.next_1d_if(draws.time),
             lens: if draws.lens {
                 stream.next_2d()
             } else {
@@ -452,19 +483,7 @@ impl PendingSample {
             } else {
                 0.5
             },
-        };
-        let waiting = PendingSample {
-            pixel,
-            index,
-            stream,
-            filter_weight: on_film.weight,
-            film_density: if draws.film_density {
-                job.filter.at(on_film.offset).0
-            } else {
-                1.0
-            },
-        };
-        (sample, waiting)
+        }
     }
 
     /// What its path has drawn from, as it was before: samples are pure functions of their numbers.

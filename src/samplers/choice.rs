@@ -23,6 +23,16 @@ pub struct ChoiceSample {
 pub(crate) const MIN_SHARED: f32 = 1.0 / 256.0;
 
 impl ChoiceSample {
+    /// By a pair of low-discrepancy points, whose first number chooses if it `is_choice`.
+    #[inline(always)]
+    pub fn shared(point: Vec2, is_choice: bool) -> ChoiceSample {
+        ChoiceSample {
+            choice: if is_choice { point.x } else { 0.0 },
+            point,
+            is_shared: is_choice,
+        }
+    }
+
     /// With the choice from part `number` of `all` equal parts of [0, 1).
     pub fn within(mut self, number: u32, all: u32) -> ChoiceSample {
         self.choice = ((number as f32 + self.choice) / all as f32).min(BELOW_ONE);
@@ -45,13 +55,14 @@ impl SampleStream {
     /// The next number for a choice, if it `is_choice`, and the next pair.
     #[inline]
     pub fn next_choice(&mut self, is_choice: bool) -> ChoiceSample {
-        let is_shared = is_choice && matches!(self, SampleStream::Sobol(_));
-        let choice = self.next_1d_if(is_choice && !is_shared);
-        let point = self.next_2d();
+        if matches!(self, SampleStream::Sobol(_)) {
+            self.skip_1d();
+            return ChoiceSample::shared(self.next_2d(), is_choice);
+        }
         ChoiceSample {
-            choice: if is_shared { point.x } else { choice },
-            point,
-            is_shared,
+            choice: self.next_1d_if(is_choice),
+            point: self.next_2d(),
+            is_shared: false,
         }
     }
 }

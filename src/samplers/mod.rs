@@ -20,9 +20,12 @@ mod max_min_dist;
 mod net;
 mod permutation;
 mod random;
+mod side_by_side;
 mod sobol;
 mod stratified;
 
+pub use choice::ChoiceSample;
+pub use side_by_side::Pairs;
 pub use stratified::Stratified;
 
 use crate::math::hash::{mix, mix2};
@@ -166,9 +169,15 @@ impl Sampler {
         }
     }
 
-    /// One of the same kind for a pilot pass, independent of this one and of its halves.
+    /// One of the same kind for a pilot pass, independent of this one and of its halves: the same whatever the seed is. Weights of multiple importance sampling
+    /// depend on what a pilot pass finds. Were they others for each seed, two images would differ by more than their variances tell, where paths that have a small
+    /// part of the light are so rare that none comes to a pixel: by what the weights leave to them.
     pub fn pilot(&self) -> Sampler {
-        self.half(2)
+        Sampler {
+            seed: PILOT,
+            is_progressive: true,
+            ..*self
+        }
     }
 
     /// One of two such samplers that have this one's samples between them, each well distributed by itself. The first has
@@ -250,6 +259,9 @@ impl PixelSampler {
 
 /// Fewer samples make halves of a single one, which has no variance to be corrected.
 const MIN_HALVED: u32 = 4;
+
+/// The seed of pilot passes.
+const PILOT: u64 = mix(0x7069_6c6f_7400_0001);
 
 /// Sets the streams of light paths apart from those of pixels.
 const LIGHT: u64 = 0x6c69_6768_7470_6174;

@@ -62,6 +62,38 @@ const fn column(dimension: usize, bit: usize) -> u32 {
     }
 }
 
+/// What each bit of an index adds to the four coordinates, the most significant bit of which is in bit 0.
+static COLUMNS: [[u32; 4]; BITS] = columns();
+
+const fn columns() -> [[u32; 4]; BITS] {
+    let mut table = [[0; 4]; BITS];
+    let mut i = 0;
+    while i < 4 * BITS {
+        table[i / 4][i % 4] = column(i % 4, i / 4);
+        i += 1;
+    }
+    table
+}
+
+/// The points of many indices of so many bits, by coordinate: in loops that are compiled to vector instructions. The most significant bit of each
+/// coordinate is in bit 0.
+#[inline(always)]
+pub(super) fn points_of_all<const L: usize>(indices: [u32; L], bits: u32) -> [[u32; L]; 4] {
+    let mut points = [[0; L]; 4];
+    for (bit, columns) in COLUMNS.iter().enumerate().take(bits as usize) {
+        let mut is_set = indices;
+        for index in &mut is_set {
+            *index = 0u32.wrapping_sub(*index >> bit & 1);
+        }
+        for (coordinates, column) in points.iter_mut().zip(columns) {
+            for (coordinate, is_set) in coordinates.iter_mut().zip(is_set) {
+                *coordinate ^= is_set & column;
+            }
+        }
+    }
+    points
+}
+
 /// For each nibble of the reversed index and each of its values what it adds to the four coordinates: 2 KiB.
 static SUMS: [[[u32; 4]; 16]; NIBBLES] = sums();
 
@@ -127,6 +159,12 @@ mod tests {
     fn points_are_those_of_their_index() {
         for i in (0..1000).chain([1 << 20, 0x1234_5678, u32::MAX]) {
             assert_eq!(point_of(i), point(i.reverse_bits()));
+            let bits = u32::BITS - i.leading_zeros();
+            for bits in [bits, u32::BITS] {
+                let [x, y, z, w] = points_of_all([0, i], bits);
+                assert_eq!([x[1], y[1], z[1], w[1]], point_of(i));
+                assert_eq!([x[0], y[0], z[0], w[0]], [0; 4]);
+            }
         }
     }
 

@@ -49,13 +49,41 @@ impl Permutation {
     /// The same in a third of the steps: each `i` < n is taken to all places equally often, but some pairs of places are more frequent than others.
     #[inline(always)]
     pub(super) fn apply_fast(&self, i: u32, key: u64) -> u32 {
-        let (a, b) = (key as u32, (key >> 32) as u32);
-        let x = self.walk(i, |x| self.round(self.round(x, a, b), b >> 5, a >> 3));
-        let turned = x + ((u64::from(self.n) * u64::from(b)) >> 32) as u32;
-        match turned < self.n {
-            true => turned,
-            false => turned - self.n,
+        let [place] = self.apply_fast_to_all([i], &[key]);
+        place
+    }
+
+    /// [`Permutation::apply_fast`] to many numbers, each with a key of its own: in loops that are compiled to vector instructions.
+    #[inline(always)]
+    pub(super) fn apply_fast_to_all<const L: usize>(
+        &self,
+        numbers: [u32; L],
+        keys: &[u64; L],
+    ) -> [u32; L] {
+        let step = |x: u32, key: u64| {
+            let (a, b) = (key as u32, (key >> 32) as u32);
+            self.round(self.round(x, a, b), b >> 5, a >> 3)
+        };
+        let mut places = numbers;
+        for (x, key) in places.iter_mut().zip(keys) {
+            *x = step(*x & self.mask, *key);
         }
+        // As in `walk`.
+        while { places.iter() }.fold(false, |any, x| any | (*x >= self.n)) {
+            for (x, key) in places.iter_mut().zip(keys) {
+                let next = step(*x, *key);
+                *x = if *x < self.n { *x } else { next };
+            }
+        }
+        for (x, key) in places.iter_mut().zip(keys) {
+            let turned = *x + ((u64::from(self.n) * (key >> 32)) >> 32) as u32;
+            *x = if turned < self.n {
+                turned
+            } else {
+                turned - self.n
+            };
+        }
+        places
     }
 
     #[inline(always)]

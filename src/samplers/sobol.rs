@@ -9,7 +9,7 @@
 //! Hash-based Owen Scrambling", JCGT 9(4), 2020, with the hash of the crate `sobol_burley`).
 //!
 //! Pairs have sets of their own, two in each: film and lens point share four dimensions, or
-//! film and first light point if the camera has no lens. Single dimensions share sets of four, too.
+//! film and first light point if the camera has no lens. Single dimensions share sets of four, too. A stream counts both: to skip some is to add a number.
 //!
 //! A sample count that is not a power of two ends within an aligned run: some regions of the unit square then have twice the density of others. Where the count n is
 //! fixed, each set is a Hammersley set instead ("Monte Carlo Methods for Solving Multivariable Problems", Annals of the New York Academy of Sciences 86, 1960): the
@@ -28,7 +28,7 @@
 
 use super::SamplerSpec;
 use super::count::power_of_two;
-use super::net::{point, point_of};
+use super::net::{point, point_of, points_of_all};
 use super::permutation::Permutation;
 use crate::math::Vec2;
 use crate::math::hash::{mix, mix2};
@@ -43,61 +43,52 @@ pub(super) fn from_params(reader: &ParamReader) -> SamplerSpec {
     SamplerSpec::sobol(power_of_two(reader, "pixelsamples", 16))
 }
 
-/// A set of four dimensions of which some are used. It is computed when the first value is requested: most
-/// surfaces need no sample to choose a lobe, and most scenes none to choose a light.
-#[derive(Clone, Copy, Debug)]
-struct Drawn {
-    values: [f32; 4],
-    /// Which set.
-    number: u32,
-    /// How many of them are used or skipped.
-    used: u8,
-    /// The values are computed.
-    made: bool,
-}
-
-impl Drawn {
-    const NOTHING: Drawn = Drawn {
-        values: [0.0; 4],
-        number: 0,
-        used: 4,
-        made: false,
-    };
-
-    /// The index of the next `count` values (1 or 2) in this set or in a new one; `sets` have begun so far.
-    #[inline]
-    fn take(&mut self, count: u8, sets: &mut u32) -> u8 {
-        if self.used > 4 - count {
-            (self.number, self.used, self.made) = (*sets, 0, false);
-            *sets = sets.wrapping_add(1);
-        }
-        let at = self.used;
-        self.used += count;
-        at
-    }
-}
-
 /// The dimensions of one camera sample.
 #[derive(Clone, Copy, Debug)]
 pub struct SobolStream {
-    points: ScrambledPoints,
-    /// Sets begun so far.
-    sets: u32,
-    pairs: Drawn,
-    singles: Drawn,
+    pub(super) points: ScrambledPoints,
+    /// Pairs and single numbers that have been drawn or skipped.
+    pairs: u32,
+    singles: u32,
+    /// The last sets of both whose values have been needed.
+    of_pairs: Known,
+    of_singles: Known,
 }
+
+/// A set of dimensions whose values are known.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    number: u32,
+    values: [f32; 4],
+}
+
+impl Known {
+    /// No set has this number.
+    const NOTHING: Known = Known {
+        number: u32::MAX,
+        values: [0.0; 4],
+    };
+}
+
+/// The set that a pair is in, which is below [`SINGLES`].
+fn set_of_pair(pair: u32) -> u32 {
+    pair / 2
+}
+
+/// The sets of single numbers, four in each, begin here.
+const SINGLES: u32 = 1 << 31;
 
 /// The point of one sample in every set of four dimensions.
 #[derive(Clone, Copy, Debug)]
-struct ScrambledPoints {
+pub(super) struct ScrambledPoints {
     /// Seed of the pixel.
-    seed: u64,
-    kind: Kind,
+    pub(super) seed: u64,
+    pub(super) kind: Kind,
 }
 
 /// The kind of sets, and the sample's index in them.
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+pub(super) enum Kind {
     /// An infinite sequence.
     Sequence {
         /// Sample index, its bits reversed.
@@ -109,10 +100,8 @@ enum Kind {
 
 impl ScrambledPoints {
     /// The point in the set with this number. Integers are multiplied four at a time, for which the oldest processors of x86-64 have no instruction.
-    fn in_set(&self, number: u32) -> [f32; 4] {
-        // Weyl's sequence mixed, as in SplitMix64: the seed is hashed already.
-        let step = u64::from(number).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let key = mix(self.seed.wrapping_add(step));
+    pub(super) fn in_set(&self, number: u32) -> [f32; 4] {
+        let key = key_of(self.seed, number);
         match self.kind {
             Kind::Sequence { index_reversed } => vectorize::<4, _>(SequencePoint {
                 index_reversed,
@@ -127,11 +116,58 @@ impl ScrambledPoints {
                     key,
                 };
                 let [offset, y, z, w] = vectorize::<4, _>(kernel);
-                let x = (stratum as f32 + offset) / count as f32;
-                [x.min(BELOW_ONE), y, z, w]
+                [in_stratum(stratum, offset, count), y, z, w]
             }
         }
     }
+}
+
+/// The key of the set with this number, of the pixel hashed into `seed`: Weyl's sequence mixed, as in SplitMix64, for the seed is hashed already.
+#[inline(always)]
+fn key_of(seed: u64, number: u32) -> u64 {
+    mix(seed.wrapping_add(u64::from(number).wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+}
+
+/// The number at `offset` (0 to 1) of a stratum's width, of so many strata.
+#[inline(always)]
+fn in_stratum(stratum: u32, offset: f32, count: u32) -> f32 {
+    ((stratum as f32 + offset) / count as f32).min(BELOW_ONE)
+}
+
+/// What [`ScrambledPoints::in_set`] is for many samples of the same kind, `count` of them in a Hammersley set, each in a set of its own, by coordinate: in loops
+/// that are compiled to vector instructions. `indices` are those of [`Kind`].
+#[inline(always)]
+pub(super) fn points_in_sets<const L: usize>(
+    count: Option<NonZeroU32>,
+    indices: [u32; L],
+    (seeds, numbers): (&[u64; L], &[u32; L]),
+) -> [[f32; L]; 4] {
+    // Loops that write to arrays: closures that make them are not all inlined.
+    let mut keys = [0; L];
+    for ((key, seed), number) in keys.iter_mut().zip(seeds).zip(numbers) {
+        *key = key_of(*seed, *number);
+    }
+    let Some(count) = count.map(NonZeroU32::get) else {
+        let mut places = [0; L];
+        for ((place, index), key) in places.iter_mut().zip(indices).zip(&keys) {
+            *place = owen_scramble_rev(index, *key as u32).reverse_bits();
+        }
+        return scrambled_all(points_of_all(places, u32::BITS), &keys);
+    };
+    let strata = Permutation::new(count).apply_fast_to_all(indices, &keys);
+    let [a, b, c, d] = points_of_all(strata, u32::BITS - count.leading_zeros());
+    let choose = |first: &[u32; L], other: &[u32; L]| {
+        std::array::from_fn(|i| if numbers[i] == 0 { first[i] } else { other[i] })
+    };
+    let coordinates = [
+        choose(&c, &b),
+        choose(&d, &a),
+        choose(&a, &c),
+        choose(&b, &d),
+    ];
+    let [offsets, y, z, w] = scrambled_all(coordinates, &keys);
+    let x = std::array::from_fn(|i| in_stratum(strata[i], offsets[i], count));
+    [x, y, z, w]
 }
 
 struct SequencePoint {
@@ -172,23 +208,42 @@ impl Kernel for HammersleyPoint {
     }
 }
 
-/// Owen scrambling of the coordinates, each with a key of its own: distinct words, hashed again.
+/// What sets the keys of the coordinates apart, which are hashed again.
+const KEYS: [u32; 4] = [0, 0x9e37_79b9, 0x7f4a_7c15, 0xe17d_05ac];
+
+/// Owen scrambling of the coordinates, each with a key of its own.
 #[inline(always)]
 fn scrambled(point: [u32; 4], key: u64) -> [f32; 4] {
-    let key = (key >> 32) as u32;
-    let keys = [key, key ^ 0x9e37_79b9, key ^ 0x7f4a_7c15, key ^ 0xe17d_05ac];
     let mut values = [0.0; 4];
-    for ((value, x), key) in values.iter_mut().zip(point).zip(keys) {
-        *value = u32_to_f32_norm(owen_scramble_rev(x, hash(key)).reverse_bits());
+    for ((value, x), own) in values.iter_mut().zip(point).zip(KEYS) {
+        *value = scrambled_by(x, (key >> 32) as u32 ^ own);
     }
     values
 }
 
-/// The first set of a fork made after so many sets: far from those of any other, as a test says of the first forks. Those of forks of forks are
-/// scattered among 2³² numbers, too.
-fn first_of_fork(sets: u32) -> u32 {
-    const FORK: u64 = 0x666f_726b;
-    mix2(sets.into(), FORK) as u32
+/// The same of many points, by coordinate.
+#[inline(always)]
+fn scrambled_all<const L: usize>(points: [[u32; L]; 4], keys: &[u64; L]) -> [[f32; L]; 4] {
+    let mut values = [[0.0; L]; 4];
+    for ((values, points), own) in values.iter_mut().zip(&points).zip(KEYS) {
+        for ((value, x), key) in values.iter_mut().zip(points).zip(keys) {
+            *value = scrambled_by(*x, (key >> 32) as u32 ^ own);
+        }
+    }
+    values
+}
+
+#[inline(always)]
+fn scrambled_by(coordinate: u32, key: u32) -> f32 {
+    u32_to_f32_norm(owen_scramble_rev(coordinate, hash(key)).reverse_bits())
+}
+
+/// What a fork draws first, made after so many pairs and single numbers: far from all that is drawn elsewhere, as a test says of the first forks. Forks of forks
+/// are scattered among 2³¹ sets of pairs and 2³⁰ of single numbers, too.
+fn first_of_fork(pairs: u32, singles: u32) -> (u32, u32) {
+    const FORK: u64 = 0x666f_726f;
+    let first = mix2(u64::from(pairs) << 32 | u64::from(singles), FORK);
+    (first as u32, (first >> 32) as u32)
 }
 
 impl SobolStream {
@@ -203,62 +258,91 @@ impl SobolStream {
         };
         SobolStream {
             points: ScrambledPoints { seed, kind },
-            sets: 0,
-            pairs: Drawn::NOTHING,
-            singles: Drawn::NOTHING,
+            pairs: 0,
+            singles: 0,
+            of_pairs: Known::NOTHING,
+            of_singles: Known::NOTHING,
         }
     }
 
     /// See [`super::SampleStream::fork`]. Pairs share sets with those that they would share them with here.
     pub(super) fn fork(&mut self) -> SobolStream {
-        let first = first_of_fork(self.sets);
-        self.sets = self.sets.wrapping_add(1);
-        let pairs = Drawn {
-            number: first,
-            used: self.pairs.used,
-            ..Drawn::NOTHING
-        };
+        let (pairs, singles) = first_of_fork(self.pairs, self.singles);
+        // Another fork from here has others.
+        self.skip_1d();
         SobolStream {
             points: self.points,
-            sets: first.wrapping_add(1),
-            pairs,
-            singles: Drawn::NOTHING,
+            pairs: pairs & !1 | self.pairs & 1,
+            singles,
+            of_pairs: Known::NOTHING,
+            of_singles: Known::NOTHING,
         }
     }
 
     #[inline]
     pub(super) fn next_1d(&mut self) -> f32 {
-        let at = self.singles.take(1, &mut self.sets);
-        if !self.singles.made {
-            self.singles.values = self.points.in_set(self.singles.number);
-            self.singles.made = true;
+        let (number, place) = (SINGLES + self.singles / 4, self.singles & 3);
+        self.skip_1d();
+        if self.of_singles.number != number {
+            let values = self.points.in_set(number);
+            self.of_singles = Known { number, values };
         }
-        self.singles.values[usize::from(at & 3)]
+        self.of_singles.values[place as usize]
     }
 
     #[inline]
     pub(super) fn next_2d(&mut self) -> Vec2 {
-        let at = self.pairs.take(2, &mut self.sets);
-        if !self.pairs.made {
-            self.pairs.values = self.points.in_set(self.pairs.number);
-            self.pairs.made = true;
+        if let Some(known) = self.next_known_2d() {
+            return known;
         }
-        let [x, y, z, w] = self.pairs.values;
-        if at == 0 {
+        let set = self.begin_pair();
+        self.answer(self.points.in_set(set))
+    }
+
+    /// The next pair, if the values of its set are known.
+    #[inline(always)]
+    pub(super) fn next_known_2d(&mut self) -> Option<Vec2> {
+        if self.of_pairs.number != set_of_pair(self.pairs) {
+            return None;
+        }
+        self.skip_2d();
+        Some(self.last_pair())
+    }
+
+    /// Takes the next pair, which is not known and is to be [answered](SobolStream::answer): its set.
+    #[inline(always)]
+    pub(super) fn begin_pair(&mut self) -> u32 {
+        let set = set_of_pair(self.pairs);
+        self.skip_2d();
+        set
+    }
+
+    /// The pair that has been taken, in a set of these values, which are those of [`ScrambledPoints::in_set`].
+    #[inline(always)]
+    pub(super) fn answer(&mut self, values: [f32; 4]) -> Vec2 {
+        let number = set_of_pair(self.pairs.wrapping_sub(1));
+        self.of_pairs = Known { number, values };
+        self.last_pair()
+    }
+
+    #[inline(always)]
+    fn last_pair(&self) -> Vec2 {
+        let [x, y, z, w] = self.of_pairs.values;
+        if self.pairs & 1 == 1 {
             Vec2::new(x, y)
         } else {
             Vec2::new(z, w)
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn skip_1d(&mut self) {
-        self.singles.take(1, &mut self.sets);
+        self.singles = self.singles.wrapping_add(1);
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn skip_2d(&mut self) {
-        self.pairs.take(2, &mut self.sets);
+        self.pairs = self.pairs.wrapping_add(1);
     }
 }
 
@@ -379,13 +463,21 @@ mod tests {
 
     #[test]
     fn forks_have_sets_of_their_own() {
-        // More than paths have: a set serves two pairs or four single numbers.
+        // More than paths have; a fork is made after as many numbers as paths have drawn.
         const SETS: u32 = 1000;
-        let mut first: Vec<u32> = (0..SETS).map(first_of_fork).collect();
-        first.push(0);
-        first.sort_unstable();
-        let gaps = first.windows(2).map(|pair| pair[1] - pair[0]);
-        assert!(gaps.min() > Some(SETS));
-        assert!(first.last() < Some(&(u32::MAX - SETS)));
+        let after = (0..20).flat_map(|pairs| (0..30).map(move |singles| (pairs, singles)));
+        let firsts: Vec<(u32, u32)> = { after }.map(|(p, s)| first_of_fork(p, s)).collect();
+        let apart = |mut sets: Vec<u32>, end: u32| {
+            sets.extend([0, end]);
+            sets.sort_unstable();
+            sets.windows(2).map(|pair| pair[1] - pair[0]).min()
+        };
+        let of_pairs = firsts
+            .iter()
+            .map(|(pairs, _)| set_of_pair(*pairs))
+            .collect();
+        assert!(apart(of_pairs, SINGLES) > Some(SETS));
+        let of_singles = firsts.iter().map(|(_, singles)| singles / 4).collect();
+        assert!(apart(of_singles, 1 << 30) > Some(SETS));
     }
 }

@@ -190,6 +190,7 @@ mod tests {
             freedom: Some(1e9),
             pool: None,
             denoised: None,
+            from_xyz: false,
         };
         let options = Options::default();
         let plan = |relative, reference, times| {

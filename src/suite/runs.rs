@@ -58,6 +58,7 @@ pub fn merged(runs: Vec<LoadedImage>) -> Result<LoadedImage, MergeError> {
         freedom: is_known.then_some(freedom * f64::from(n)),
         pool: pool.filter(|_| is_known),
         denoised: first.denoised.clone(),
+        from_xyz: runs.iter().any(|run| run.from_xyz),
         image: Image {
             resolution: first.image.resolution,
             bounds: first.image.bounds,

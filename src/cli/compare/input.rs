@@ -61,6 +61,9 @@ impl Input {
         if let Some(by) = &self.loaded.denoised {
             words += &format!(", denoised by {by}");
         }
+        if self.loaded.from_xyz {
+            words += ", converted from X, Y and Z";
+        }
         if self.srgb {
             words += ", decoded from sRGB";
         }
@@ -130,6 +133,7 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
             freedom: None,
             pool: None,
             denoised: None,
+            from_xyz: false,
         },
         srgb,
         windowed: false,

@@ -16,7 +16,10 @@ pub(super) fn xml(results: &Results) -> String {
         .map(|status| results.count(status))
         .sum();
     let [errors, skipped] = [Status::Failed, Status::NotRun].map(|status| results.count(status));
-    let seconds: f64 = results.rows.iter().filter_map(|row| row.seconds).sum();
+    // The sum of none is −0.
+    let seconds: f64 = 0.0 + { results.rows.iter() }
+        .filter_map(|row| row.seconds)
+        .sum::<f64>();
     let attributes = format!(
         "name=\"{}\" tests=\"{}\" failures=\"{failures}\" errors=\"{errors}\" skipped=\"{skipped}\" time=\"{seconds:.3}\"",
         escaped(&results.title),

@@ -12,7 +12,7 @@ use crate::lights::{LightSelector, Selected};
 use crate::math::ray::Ray;
 use crate::math::sampling::power_heuristic;
 use crate::math::{Rgb, Vec2, Vec3, color::is_black};
-use crate::samplers::SampleStream;
+use crate::samplers::ChoiceSample;
 use crate::surface::ReferencePoint;
 
 impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
@@ -42,8 +42,8 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let selector = &self.context.lights.selector;
         let all = selector.choices(self.trail.is_first());
         for number in 0..all {
-            let stream = &mut *self.context.stream;
-            if let Some((chosen, u)) = choose(selector, &from, (number, all), stream) {
+            let numbers = self.context.stream.next_choice(selector.chooses());
+            if let Some((chosen, u)) = choose(selector, &from, (number, all), numbers) {
                 self.sample_light(chosen, vertex, &from, u);
             }
         }
@@ -167,9 +167,8 @@ pub(super) fn choose(
     selector: &LightSelector,
     from: &ReferencePoint,
     (number, all): (u32, u32),
-    stream: &mut SampleStream,
+    mut numbers: ChoiceSample,
 ) -> Option<((LightId, f32), Vec2)> {
-    let mut numbers = stream.next_choice(selector.chooses());
     if all > 1 {
         numbers = numbers.within(number, all);
     }

@@ -21,6 +21,7 @@ use crate::integrators::vertices::Vertices;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2};
+use crate::samplers::Pairs;
 use crate::world::World;
 use arrayvec::ArrayVec;
 
@@ -52,6 +53,8 @@ struct Paths {
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
+    /// Numbers of many paths at a time.
+    pairs: Box<Pairs<WAVE>>,
 }
 
 /// The vertices of a kind.
@@ -82,6 +85,7 @@ impl Wave {
                 waiting: [0; WAVE],
                 walking: ArrayVec::new(),
                 shadows: Shadows::default(),
+                pairs: Box::default(),
             },
             rays: ArrayVec::new(),
             found: [None; WAVE],
@@ -364,12 +368,8 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         vertices: &mut Vertices<S, WAVE>,
         paths: &mut Paths,
     ) {
-        for i in 0..vertices.count() {
-            let stream = &mut *self.bundle.paths[vertices.path(i)].stream;
-            // Reflection has no use for a third number.
-            stream.skip_1d();
-            vertices.set_number(i, stream.next_2d());
-        }
+        // Reflection has no use for a third number.
+        self.draw(vertices, paths, |_| Some(true));
         vertices.sample();
         for i in 0..vertices.count() {
             let path = vertices.path(i);
@@ -394,6 +394,36 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             if goes_on.is_some() {
                 paths.walking.push(path as u32);
             }
+        }
+    }
+
+    /// Draws the number of each vertex of a kind that `wants` one: after skipping a single one, where that is `true`.
+    #[inline(always)]
+    fn draw<S: Scatterer>(
+        &mut self,
+        vertices: &mut Vertices<S, WAVE>,
+        Paths { trails, pairs, .. }: &mut Paths,
+        wants: impl Fn(&Trail) -> Option<bool>,
+    ) {
+        pairs.clear();
+        for i in 0..vertices.count() {
+            let path = vertices.path(i);
+            let Some(skips) = wants(&trails[path]) else {
+                continue;
+            };
+            let stream = &mut *self.bundle.paths[path].stream;
+            if skips {
+                stream.skip_1d();
+            }
+            if let Some(known) = pairs.ask(stream, i) {
+                vertices.set_number(i, known);
+            }
+        }
+        pairs.compute();
+        for asked in 0..pairs.asked() {
+            let i = pairs.whose(asked);
+            let stream = &mut *self.bundle.paths[vertices.path(i)].stream;
+            vertices.set_number(i, pairs.answer(asked, stream));
         }
     }
 

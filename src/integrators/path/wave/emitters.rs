@@ -12,7 +12,9 @@ use crate::integrators::shadows::Shadows;
 use crate::integrators::volpath::{dimmed_along, shadow_segment};
 use crate::math::ray::Ray;
 use crate::math::{Vec2, color::is_black};
+use crate::samplers::ChoiceSample;
 use crate::world::World;
+use arrayvec::ArrayVec;
 
 impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
     /// Emitter sampling at all vertices of a kind.
@@ -27,11 +29,43 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
         }
         // As many rounds as a path's first vertex takes: it may lie beyond surfaces without material, in any step.
         for number in 0..selector.choices(true) {
-            for i in 0..lot.vertices.count() {
-                self.sample_some(lot, paths, i, number);
+            let choices = self.choices(lot, paths, number);
+            for (i, numbers) in choices.into_iter().enumerate() {
+                if let Some(numbers) = numbers {
+                    self.sample_some(lot, paths, i, (number, numbers));
+                }
             }
             self.light(&mut lot.lamps, paths);
         }
+    }
+
+    /// Numbers for one of the choices of a light, for each vertex of a kind that makes it.
+    #[inline(always)]
+    fn choices<S: Scatterer>(
+        &mut self,
+        lot: &Lot<S>,
+        paths: &mut Paths,
+        number: u32,
+    ) -> ArrayVec<Option<ChoiceSample>, WAVE> {
+        let is_choice = self.bundle.lights.selector.chooses();
+        let mut choices = ArrayVec::<_, WAVE>::new();
+        paths.pairs.clear();
+        for i in 0..lot.vertices.count() {
+            let path = lot.vertices.path(i);
+            let known = (paths.choices(self.bundle.lights, path) > number).then(|| {
+                let stream = &mut *self.bundle.paths[path].stream;
+                paths.pairs.ask_choice(stream, is_choice, i)
+            });
+            choices.push(known.flatten());
+        }
+        paths.pairs.compute();
+        for asked in 0..paths.pairs.asked() {
+            let i = paths.pairs.whose(asked);
+            let stream = &mut *self.bundle.paths[lot.vertices.path(i)].stream;
+            let pair = paths.pairs.answer(asked, stream);
+            choices[i] = Some(ChoiceSample::shared(pair, is_choice));
+        }
+        choices
     }
 
     /// Samples one light at all vertices of a kind whose paths `do_so`.
@@ -45,6 +79,9 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
         let world = self.bundle.world;
         let is_only = !self.bundle.lights.selector.chooses();
         let count = lot.vertices.count();
+        // Where there is one light, the number that would choose is skipped.
+        let wants = |trail: &Trail| do_so(trail).then_some(is_only);
+        self.draw(&mut lot.vertices, paths, wants);
         let mut are_side_by_side = [false; WAVE];
         for (i, is_side_by_side) in are_side_by_side.iter_mut().enumerate().take(count) {
             let path = lot.vertices.path(i);
@@ -52,19 +89,11 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
             if !do_so(trail) {
                 continue;
             }
-            let stream = &mut *self.bundle.paths[path].stream;
-            if is_only {
-                // Its number chooses nothing.
-                stream.skip_1d();
-            }
-            if lot
-                .lamps
-                .has(world, light, &lot.vertices.from(i, trail.ray.time))
-            {
+            let from = lot.vertices.from(i, trail.ray.time);
+            if lot.lamps.has(world, light, &from) {
                 *is_side_by_side = true;
-                lot.vertices.set_number(i, stream.next_2d());
             } else {
-                let u = stream.next_2d();
+                let u = lot.vertices.number(i);
                 self.sample_light(lot, paths, i, ((light, 1.0), u));
             }
         }
@@ -95,18 +124,14 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
         lot: &mut Lot<S>,
         paths: &mut Paths,
         i: usize,
-        number: u32,
+        (number, numbers): (u32, ChoiceSample),
     ) {
         let path = lot.vertices.path(i);
         let selector = &self.bundle.lights.selector;
         let trail = &paths.trails[path];
         let all = selector.choices(trail.is_first());
-        if number >= all || paths.samples_all(self.bundle.lights, path) {
-            return;
-        }
         let from = lot.vertices.from(i, trail.ray.time);
-        let stream = &mut *self.bundle.paths[path].stream;
-        if let Some(chosen) = choose(selector, &from, (number, all), stream) {
+        if let Some(chosen) = choose(selector, &from, (number, all), numbers) {
             self.sample_light(lot, paths, i, chosen);
         }
     }
@@ -170,10 +195,14 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
 }
 
 impl Paths {
-    /// Returns `true` if every light is sampled at the vertex that this path is at.
+    /// How many lights are chosen at the vertex that this path is at: none where every light is sampled.
     #[inline(always)]
-    fn samples_all(&self, lights: &Lights, path: usize) -> bool {
-        self.trails[path].sample_all_count(lights).is_some()
+    fn choices(&self, lights: &Lights, path: usize) -> u32 {
+        let trail = &self.trails[path];
+        match trail.sample_all_count(lights) {
+            Some(_) => 0,
+            None => lights.selector.choices(trail.is_first()),
+        }
     }
 }
 
