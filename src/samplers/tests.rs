@@ -171,9 +171,9 @@ fn streams_stay_what_they_are() {
             0.290_723_32,
         ),
         (
-            0.361_365_44,
-            Vec2::new(0.902_335_8, 0.615_695_7),
-            0.471_708_54,
+            0.057_935_22,
+            Vec2::new(0.361_365_44, 0.471_708_54),
+            0.755_257_1,
         ),
     ];
     for (spec, expected) in kinds(16).into_iter().zip(expected) {
