@@ -51,7 +51,7 @@ impl BlockTest for WelchTest<'_> {
     }
 }
 
-/// Factors count as no smaller than this where it is asked how well they are known: where one pixel has nearly all of a square's variance, chance may make the
+/// For degrees of freedom a factor counts as at least this: where one pixel has nearly all of a square's variance, chance may make the
 /// halves of an image so alike there that the square seems to have none, and its factor not to matter.
 const MIN_FACTOR: f32 = 0.1;
 

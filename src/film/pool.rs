@@ -49,8 +49,8 @@ impl Developed {
     }
 }
 
-/// Where one pixel has all of a square's naive variance, the factor is at least this, and less the more pixels have it. A pixel of which two samples of 64 meet
-/// something else, one of each half, seemed to have no noise at all. What is added to the mean of a factor is little.
+/// Where n pixels have a square's naive variance, the factor is at least this times 1 − n/[`ENOUGH`]: 0.075 for a single one. A pixel of which two samples of 64
+/// meet something else, one of each half, seemed to have no noise at all. What is added to the mean of a factor is little.
 const MIN_FACTOR: f64 = 0.1;
 
 /// So many pixels that share the naive variance evenly are not alike in both halves by chance.

@@ -163,7 +163,7 @@ impl<S: Scatterer, const N: usize> Vertices<S, N> {
         (self.u[0][i], self.u[1][i]) = (u.x, u.y);
     }
 
-    /// These numbers.
+    /// The 2-D sample that [`Vertices::set_number`] has set.
     #[inline(always)]
     pub(super) fn number(&self, i: usize) -> Vec2 {
         Vec2::new(self.u[0][i], self.u[1][i])

@@ -231,7 +231,7 @@ fn sample_tile(
     let mut pairs = Box::<Pairs<WAVE>>::default();
     loop {
         waiting.extend(indices.by_ref().take(WAVE));
-        let on_film = places(&mut pairs, &mut waiting);
+        let on_film = film_samples(&mut pairs, &mut waiting);
         samples.extend(
             { waiting.iter_mut().zip(on_film) }
                 .map(|(waiting, on_film)| waiting.draw(job, &all.draws, on_film)),
@@ -276,19 +276,19 @@ fn sample_tile(
     }
 }
 
-/// The numbers for the places on the film.
-fn places(pairs: &mut Pairs<WAVE>, waiting: &mut [PendingSample]) -> ArrayVec<Vec2, WAVE> {
+/// The film samples of a wave.
+fn film_samples(pairs: &mut Pairs<WAVE>, waiting: &mut [PendingSample]) -> ArrayVec<Vec2, WAVE> {
     pairs.clear();
-    let mut places = ArrayVec::<_, WAVE>::new();
+    let mut drawn = ArrayVec::<_, WAVE>::new();
     for (i, waiting) in waiting.iter_mut().enumerate() {
-        places.push(pairs.ask(&mut waiting.stream, i).unwrap_or_default());
+        drawn.push(pairs.ask(&mut waiting.stream, i).unwrap_or_default());
     }
     pairs.compute();
     for asked in 0..pairs.asked() {
         let i = pairs.whose(asked);
-        places[i] = pairs.answer(asked, &mut waiting[i].stream);
+        drawn[i] = pairs.answer(asked, &mut waiting[i].stream);
     }
-    places
+    drawn
 }
 
 /// Traces each path by itself while this looks at it.
@@ -448,7 +448,7 @@ impl PendingSample {
         (waiting.draw(job, &Draws::new(job), on_film), waiting)
     }
 
-    /// The same, whose numbers are in `stream`, before any is drawn.
+    /// A sample of which nothing has been drawn from `stream` yet.
     #[inline(always)]
     fn undrawn(stream: SampleStream, (pixel, index): (UVec2, u32)) -> PendingSample {
         PendingSample {

@@ -1,4 +1,4 @@
-//! Pairs of numbers for many samples at a time, computed side by side: the same as those that each would draw by itself.
+//! 2-D samples of many streams, computed together: the same as those that each would draw by itself.
 
 use super::SampleStream;
 use super::choice::ChoiceSample;
@@ -7,16 +7,16 @@ use crate::math::Vec2;
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use std::num::NonZeroU32;
 
-/// The next pair of each of some streams. Where it is not known, the stream asks for it, as number `whose` of what the caller has; what has been asked for
-/// is [computed](Pairs::compute) together, and [answered](Pairs::answer) one by one, before the streams have other numbers. Only Owen-scrambled points are
-/// worth that; `N` is a multiple of [`WIDEST`].
+/// The next pair of dimensions of each of some streams. Where it is not known, the stream asks for it, as number `whose` of what the caller has; what has been asked for
+/// is [computed](Pairs::compute) together, and [answered](Pairs::answer) one by one. Between the two nothing else is drawn from the stream. Only Owen-scrambled
+/// points are worth that; `N` is a multiple of [`WIDEST`].
 #[derive(Clone, Debug)]
 pub struct Pairs<const N: usize> {
     /// Sets of dimensions that are asked for.
     asked: usize,
     /// Points of each set, as in [`Kind::Hammersley`].
     count: Option<NonZeroU32>,
-    /// Of each that is asked for; indices are those of [`Kind`].
+    /// Of each that is asked for: indices are those of [`Kind`], numbers those of sets.
     whose: [u32; N],
     seeds: [u64; N],
     indices: [u32; N],
@@ -91,6 +91,7 @@ impl<const N: usize> Pairs<N> {
 
     /// Computes what is asked for.
     pub fn compute(&mut self) {
+        const { assert!(N.is_multiple_of(WIDEST)) };
         let few = self.asked % WIDEST;
         let beyond = self.asked.next_multiple_of(WIDEST);
         if few <= MAX_ALONE {
@@ -137,15 +138,18 @@ impl<const N: usize> Pairs<N> {
         let values = self.values.each_ref().map(|values| values[i]);
         match stream {
             SampleStream::Sobol(stream) => stream.answer(values),
-            _ => Vec2::ZERO,
+            _ => {
+                debug_assert!(false, "other streams do not ask");
+                stream.next_2d()
+            }
         }
     }
 }
 
-/// So many that are left over from [`WIDEST`] ones are computed one by one: by the instructions that either takes.
+/// A remainder of up to so many sets is computed one by one, which takes fewer instructions.
 const MAX_ALONE: usize = 6;
 
-/// Computes all but so few.
+/// Computes chunks of [`WIDEST`] sets, all but such a remainder.
 struct Compute<'a, const N: usize>(&'a mut Pairs<N>);
 
 impl<const N: usize> Kernel for Compute<'_, N> {
@@ -282,6 +286,18 @@ mod tests {
         let (mut alone, mut together): (Vec<_>, Vec<_>) = (all().collect(), all().collect());
         let own: Vec<Vec2> = alone.iter_mut().map(SampleStream::next_2d).collect();
         assert_eq!(draw(&mut Pairs::default(), &mut together), own);
+    }
+
+    /// What is left in a list from sets of more points is no index of those of fewer.
+    #[test]
+    fn lists_are_used_again() {
+        let mut pairs = Pairs::default();
+        for (spp, count) in [(70_001, 32), (16, 32), (5, 9), (3, 31)] {
+            let spec = SamplerSpec::sobol(spp);
+            let (mut alone, mut together) = (streams(&spec, count), streams(&spec, count));
+            let own: Vec<Vec2> = alone.iter_mut().map(SampleStream::next_2d).collect();
+            assert_eq!(draw(&mut pairs, &mut together), own);
+        }
     }
 
     #[test]

@@ -208,7 +208,7 @@ impl Kernel for HammersleyPoint {
     }
 }
 
-/// What sets the keys of the coordinates apart, which are hashed again.
+/// Distinct words, combined with the key of a set for each coordinate and hashed again.
 const KEYS: [u32; 4] = [0, 0x9e37_79b9, 0x7f4a_7c15, 0xe17d_05ac];
 
 /// Owen scrambling of the coordinates, each with a key of its own.
@@ -239,7 +239,7 @@ fn scrambled_by(coordinate: u32, key: u32) -> f32 {
 }
 
 /// What a fork draws first, made after so many pairs and single numbers: far from all that is drawn elsewhere, as a test says of the first forks. Forks of forks
-/// are scattered among 2³¹ sets of pairs and 2³⁰ of single numbers, too.
+/// are scattered among 2³¹ sets of pairs and 2³⁰ of single numbers, too. The constant is one of those with which the first forks are so far apart.
 fn first_of_fork(pairs: u32, singles: u32) -> (u32, u32) {
     const FORK: u64 = 0x666f_726f;
     let first = mix2(u64::from(pairs) << 32 | u64::from(singles), FORK);
@@ -463,7 +463,7 @@ mod tests {
 
     #[test]
     fn forks_have_sets_of_their_own() {
-        // More than paths have; a fork is made after as many numbers as paths have drawn.
+        // More than paths have. Forks are made after at most 20 pairs and 30 single dimensions here.
         const SETS: u32 = 1000;
         let after = (0..20).flat_map(|pairs| (0..30).map(move |singles| (pairs, singles)));
         let firsts: Vec<(u32, u32)> = { after }.map(|(p, s)| first_of_fork(p, s)).collect();

@@ -183,6 +183,18 @@ fn streams_stay_what_they_are() {
     }
 }
 
+/// What a pilot pass finds does not depend on the seed, and has other points than the image.
+#[test]
+fn pilot_passes_have_the_same_points_whatever_the_seed() {
+    for spec in kinds(16) {
+        let [a, b] = [1, 2].map(|seed| Sampler::new(&spec, seed));
+        let first = |sampler: &Sampler| sampler.stream(pixel(12, 34), 5).next_2d();
+        assert_eq!(first(&a.pilot()), first(&b.pilot()));
+        assert_ne!(first(&a), first(&b));
+        assert_ne!(first(&a), first(&a.pilot()));
+    }
+}
+
 #[test]
 fn numbers_lie_in_the_half_open_interval() {
     for spec in kinds(4096) {

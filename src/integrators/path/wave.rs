@@ -53,7 +53,7 @@ struct Paths {
     /// The paths that go on.
     walking: ArrayVec<u32, WAVE>,
     shadows: Shadows<Gain>,
-    /// Numbers of many paths at a time.
+    /// 2-D samples of many paths at a time.
     pairs: Box<Pairs<WAVE>>,
 }
 
@@ -397,7 +397,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
         }
     }
 
-    /// Draws the number of each vertex of a kind that `wants` one: after skipping a single one, where that is `true`.
+    /// Draws a 2-D sample for each vertex of a kind that `wants` one: `Some(true)` skips one dimension first.
     #[inline(always)]
     fn draw<S: Scatterer>(
         &mut self,

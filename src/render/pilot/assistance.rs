@@ -38,7 +38,7 @@ impl RenderJob {
         (PART * samples) as u64
     }
 
-    /// Lets light paths help a path tracer if that lowers noise × time. A pure function of scene, settings and seed.
+    /// Lets light paths help a path tracer if that lowers noise × time. A pure function of scene and settings, whatever the seed is.
     pub fn consider_assistance(&mut self) {
         let count = self.paths_of_look().min(PATHS[1]);
         let side = (count as f64 * 0.5).sqrt() as u32;

@@ -152,7 +152,7 @@ struct Pilot {
 type Pair = [[f64; 2]; 2];
 
 impl RenderJob {
-    /// Chooses how light paths are traced, in a small part of the time of the image. A pure function of scene, settings and seed.
+    /// Chooses how light paths are traced, in a small part of the time of the image. A pure function of scene and settings, whatever the seed is.
     pub fn run_pilot_pass(&mut self) {
         if self.integrator.shows_all_strategies() {
             // As they are, not as they pay: one light path for each camera sample.

@@ -39,7 +39,7 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
         }
     }
 
-    /// Numbers for one of the choices of a light, for each vertex of a kind that makes it.
+    /// Samples for one of the choices of a light, for each vertex of a kind that makes it.
     #[inline(always)]
     fn choices<S: Scatterer>(
         &mut self,
