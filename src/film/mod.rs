@@ -43,6 +43,7 @@ mod pool;
 mod read;
 pub mod sensor;
 mod spec;
+mod splat_variances;
 mod splats;
 mod stored;
 mod stored_splats;
@@ -71,6 +72,7 @@ pub use path_set::PathSet;
 pub use pixels::PixelStatistics;
 pub use read::{LoadedImage, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
+use splat_variances::SplatVariances;
 pub use splats::{DroppedSplat, MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS, SplatBuffer, Splats};
 pub(crate) use stored_splats::STORED_PIXEL;
 pub use tile::{DroppedSample, Tile};
@@ -179,7 +181,7 @@ impl Film {
         let estimates: Vec<&Splats> = splats.iter().filter(has_paths).collect();
         let part = 1.0 / estimates.len() as f64;
         for splats in &estimates {
-            let variances = splats.variances();
+            let variances = SplatVariances::new(splats);
             for (pixel, statistics) in self.bounds.pixels().zip(&mut self.pixels) {
                 let variance = variances.at(pixel) * (part * part);
                 *statistics = statistics.plus(splats.mean(pixel) * part, variance);

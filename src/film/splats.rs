@@ -24,11 +24,6 @@ const LARGEST: u32 = 87;
 /// largest number, and still be that of any order.
 const FRACTION_OF_SQUARE: i32 = 36;
 
-/// Sides of squares of pixels, and the parts of their mean variances that each of their pixels has at least. The sum over a square of 4 × 4 grows by a quarter at most,
-/// where one pixel has all; a dark pixel beside a bright one may have many times its own variance. Larger squares, or a larger part of the second, hide dark
-/// regions beside a caustic.
-const PARTS_AROUND: [(u32, f64); 2] = [(4, 1.0 / 4.0), (16, 1.0 / 64.0)];
-
 /// The farthest that the point is moved either way: lights up to 2¹⁰⁰ times as strong as 1.
 const MOST_SCALE: i32 = 100;
 
@@ -168,28 +163,6 @@ impl Splats {
         (squares - mean * mean).max(DVec3::ZERO) / (count - 1.0)
     }
 
-    /// [`variance_of_mean`](Self::variance_of_mean), but for each pixel at least parts of the means over squares around it.
-    pub fn variances(&self) -> Variances<'_> {
-        Variances {
-            splats: self,
-            around: PARTS_AROUND.map(|(side, part)| (side, self.parts_of_squares(side, part))),
-        }
-    }
-
-    /// So much of the mean over each square of pixels of so many to a side, counted from the corner of the whole image; all squares in units of their side.
-    fn parts_of_squares(&self, side: u32, part: f64) -> (PixelBounds, Vec<DVec3>) {
-        let (min, max) = (self.bounds.min, self.bounds.max);
-        let squares = PixelBounds::new(min / side, max.map(|n| n.div_ceil(side)));
-        let mut sums = vec![(DVec3::ZERO, 0.0); squares.area()];
-        for pixel in self.bounds.pixels() {
-            if let Some(sum) = squares.index(pixel / side).and_then(|i| sums.get_mut(i)) {
-                *sum = (sum.0 + self.variance_of_mean(pixel), sum.1 + 1.0);
-            }
-        }
-        let parts = { sums.into_iter() }.map(|(sum, count)| sum * (part / f64::max(count, 1.0)));
-        (squares, parts.collect())
-    }
-
     /// Nothing, outside.
     fn sums(&self, pixel: UVec2) -> Sums {
         self.sums_of_part(pixel, 0)
@@ -201,26 +174,6 @@ impl Splats {
         let place = |index: usize| index + part * self.bounds.area();
         let sums = index.and_then(|index| self.pixels.get(place(index)));
         sums.copied().unwrap_or_default()
-    }
-}
-
-/// Variances of what paths bring to pixels. What a few bring, so rarely that none has come to a pixel, is known from its neighbors alone.
-pub struct Variances<'a> {
-    splats: &'a Splats,
-    /// By the sides of the squares, which are in units of them.
-    around: [(u32, (PixelBounds, Vec<DVec3>)); PARTS_AROUND.len()],
-}
-
-impl Variances<'_> {
-    /// That of the mean of a pixel. Infinite for one path.
-    pub fn at(&self, pixel: UVec2) -> DVec3 {
-        let own = self.splats.variance_of_mean(pixel);
-        self.around
-            .iter()
-            .fold(own, |own, (side, (squares, parts))| {
-                let part = squares.index(pixel / *side).and_then(|i| parts.get(i));
-                own.max(part.copied().unwrap_or_default())
-            })
     }
 }
 
@@ -343,6 +296,7 @@ fn power_of_two(n: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::splat_variances::SplatVariances;
     use crate::film::{Film, FilmSpec};
 
     fn bounds() -> PixelBounds {
@@ -435,36 +389,6 @@ mod tests {
                 assert!(error.max_element() < unit + 1e-12 * variance.max_element());
             }
         }
-    }
-
-    #[test]
-    fn pixels_that_no_path_comes_to_have_a_part_of_their_neighbors_variance() {
-        let bounds = PixelBounds::new(UVec2::new(2, 0), UVec2::new(40, 24));
-        let mut splats = Splats::new(bounds, 0, 0);
-        let mut buffer = SplatBuffer::new(bounds, f32::INFINITY, false);
-        buffer.begin(0);
-        let bright = UVec2::new(5, 6);
-        buffer.push(0, bright, Rgb::ONE, (LightLayer::default(), Rgb::ONE));
-        buffer.reach(1000);
-        splats.add(&mut buffer);
-        let own = splats.variance_of_mean(bright).x;
-        let variances = splats.variances();
-        let at = |x, y| variances.at(UVec2::new(x, y)).x;
-        // Its square of 4 × 4; that of 16 × 16, of which 14 × 16 are there; and elsewhere.
-        for ((x, y), expected) in [
-            ((5, 6), own),
-            ((4, 7), own / 16.0 / 4.0),
-            ((2, 0), own / (14.0 * 16.0) / 64.0),
-        ] {
-            assert!((at(x, y) / expected - 1.0).abs() < 1e-14, "{x} {y}");
-        }
-        assert_eq!(at(39, 23), 0.0);
-        // What is not known stays so.
-        let mut single = Splats::new(bounds, 0, 0);
-        buffer.begin(0);
-        buffer.reach(1);
-        single.add(&mut buffer);
-        assert_eq!(single.variances().at(bright), DVec3::INFINITY);
     }
 
     #[test]
@@ -599,7 +523,7 @@ mod tests {
         film.merge(tile);
         let splats = traced(0..1000, 0);
         film.add_light(std::slice::from_ref(&splats));
-        let (mean, variance) = (splats.mean(pixel), splats.variances().at(pixel));
+        let (mean, variance) = (splats.mean(pixel), SplatVariances::new(&splats).at(pixel));
         let image = film.develop();
         let at = 6 * 20 + 4;
         // Two of single precision's roundings.

@@ -7,21 +7,21 @@ use crate::math::Vec2;
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use std::num::NonZeroU32;
 
-/// The next pair of dimensions of each of some streams. Where it is not known, the stream asks for it, as number `whose` of what the caller has; what has been asked for
-/// is [computed](Pairs::compute) together, and [answered](Pairs::answer) one by one. Between the two nothing else is drawn from the stream. Only Owen-scrambled
-/// points are worth that; `N` is a multiple of [`WIDEST`].
+/// The next 2-D sample of each of some streams. Where it is not known yet, it is [requested](Pairs::ask) for vertex, or pixel, `whose` of the caller's; requests are
+/// [computed](Pairs::compute) together and [answered](Pairs::answer) one by one. Between request and answer nothing else is drawn from the stream. Only
+/// Owen-scrambled points are worth that; `N` is a multiple of [`WIDEST`].
 #[derive(Clone, Debug)]
 pub struct Pairs<const N: usize> {
-    /// Sets of dimensions that are asked for.
+    /// Requests.
     asked: usize,
     /// Points of each set, as in [`Kind::Hammersley`].
     count: Option<NonZeroU32>,
-    /// Of each that is asked for: indices are those of [`Kind`], numbers those of sets.
+    /// Of each request: `indices` are the samples' of [`Kind`], `numbers` those of the sets of dimensions.
     whose: [u32; N],
     seeds: [u64; N],
     indices: [u32; N],
     numbers: [u32; N],
-    /// Of each coordinate.
+    /// The sets' coordinates.
     values: [[f32; N]; 4],
 }
 
@@ -40,13 +40,13 @@ impl<const N: usize> Default for Pairs<N> {
 }
 
 impl<const N: usize> Pairs<N> {
-    /// Nothing is asked for.
+    /// Drops all requests.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.asked = 0;
     }
 
-    /// The stream's next pair, as [`SampleStream::next_2d`] has it, or `None`: then it is asked for.
+    /// The stream's next pair, as [`SampleStream::next_2d`] has it, or `None`: then it is requested.
     #[inline(always)]
     pub fn ask(&mut self, stream: &mut SampleStream, whose: usize) -> Option<Vec2> {
         let SampleStream::Sobol(own) = stream else {
@@ -73,7 +73,7 @@ impl<const N: usize> Pairs<N> {
         None
     }
 
-    /// The stream's next choice, as [`SampleStream::next_choice`] has it, or `None`: then its numbers are asked for, which are [shared](ChoiceSample::shared).
+    /// The stream's next choice, as [`SampleStream::next_choice`] has it, or `None`: then a 2-D sample is requested, from which it [follows](ChoiceSample::shared).
     #[inline(always)]
     pub fn ask_choice(
         &mut self,
@@ -89,7 +89,7 @@ impl<const N: usize> Pairs<N> {
         Some(ChoiceSample::shared(known, is_choice))
     }
 
-    /// Computes what is asked for.
+    /// Computes all requests.
     pub fn compute(&mut self) {
         const { assert!(N.is_multiple_of(WIDEST)) };
         let few = self.asked % WIDEST;
@@ -120,19 +120,19 @@ impl<const N: usize> Pairs<N> {
         }
     }
 
-    /// How many pairs are asked for.
+    /// Number of requests: at most `N`, which the compiler does not know of the field.
     #[inline(always)]
     pub fn asked(&self) -> usize {
         self.asked.min(N)
     }
 
-    /// Whose pair `i` of those that are asked for is.
+    /// Whose request `i` is.
     #[inline(always)]
     pub fn whose(&self, i: usize) -> usize {
         self.whose[i] as usize
     }
 
-    /// Pair `i`, for the stream that has asked for it.
+    /// The answer to request `i`, for the stream that has made it.
     #[inline(always)]
     pub fn answer(&self, i: usize, stream: &mut SampleStream) -> Vec2 {
         let values = self.values.each_ref().map(|values| values[i]);

@@ -142,7 +142,7 @@ pub(super) fn points_in_sets<const L: usize>(
     indices: [u32; L],
     (seeds, numbers): (&[u64; L], &[u32; L]),
 ) -> [[f32; L]; 4] {
-    // Loops that write to arrays: closures that make them are not all inlined.
+    // Loops that write to arrays of keys and places: with `from_fn` their closures were not inlined.
     let mut keys = [0; L];
     for ((key, seed), number) in keys.iter_mut().zip(seeds).zip(numbers) {
         *key = key_of(*seed, *number);
