@@ -9,6 +9,7 @@ use crate::session::Live;
 use std::io::{self, ErrorKind, Write};
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
@@ -21,8 +22,11 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// The shortest and the longest time until it is looked for again; the first is doubled every time.
 const AGAIN: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)];
 
-/// What the whole image may take when the render is over.
+/// What the whole image may take when the render is over and written.
 const LINGER: Duration = Duration::from_secs(2);
+
+/// A viewer that takes nothing for so long then has stalled. Systems tell of what is taken in lumps, a third of what is under way.
+const STALL: Duration = Duration::from_millis(500);
 
 /// Asks for the names of layers alone.
 const NO_PIXELS: PixelBounds = PixelBounds {
@@ -37,6 +41,8 @@ const SIDE: u32 = 256;
 pub(super) struct Viewer {
     over: Sender<Vec<f32>>,
     shown: Receiver<()>,
+    /// See [`Show::taken`].
+    taken: Arc<AtomicU64>,
 }
 
 impl Viewer {
@@ -52,11 +58,13 @@ impl Viewer {
         let channels = own.into_iter().chain(layers).collect();
         let (over, orders) = channel();
         let (done, shown) = channel();
+        let taken = Arc::<AtomicU64>::default();
         let mut show = Show {
             address: address.to_string(),
             title: Title { name, channels },
             live: Arc::clone(live),
             stream: None,
+            taken: Arc::clone(&taken),
             wait: AGAIN[0],
             next: Instant::now(),
             quiet,
@@ -69,14 +77,30 @@ impl Viewer {
         if let (Err(error), false) = (started, quiet) {
             messages::warning(format!("--display-server {address}: {error}"));
         }
-        Viewer { over, shown }
+        Viewer { over, shown, taken }
     }
 
     /// Shows the image that came of it, for as long as a viewer has to take it.
     pub(super) fn finish(self, image: &Image, samples: f32) {
         let colors = image.pixels.iter().map(|rgb| (*rgb, samples));
         if self.over.send(values(colors, &image.layers)).is_ok() {
-            let _ = self.shown.recv_timeout(LINGER);
+            self.wait();
+        }
+    }
+
+    /// Waits until the image is shown, or the viewer has stalled or had its time.
+    fn wait(&self) {
+        let end = Instant::now() + LINGER;
+        let mut before = self.taken.load(Relaxed);
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            let answer = self.shown.recv_timeout(left.min(STALL));
+            let now = self.taken.load(Relaxed);
+            let has_stalled = now == before && now > 0;
+            if answer != Err(RecvTimeoutError::Timeout) || has_stalled || left.is_zero() {
+                return;
+            }
+            before = now;
         }
     }
 }
@@ -96,6 +120,8 @@ struct Show {
     title: Title,
     live: Arc<Live>,
     stream: Option<TcpStream>,
+    /// Bytes that the viewer, or the system for it, has taken; 0 before it has answered.
+    taken: Arc<AtomicU64>,
     /// From one attempt to the next.
     wait: Duration,
     /// When to try again.
@@ -147,11 +173,9 @@ impl Show {
         if self.stream.is_some() {
             return Ok(());
         }
-        let mut stream = connect(&self.address)?;
-        stream.write_all(&self.title.create(self.live.resolution().to_array()))?;
+        self.stream = Some(connect(&self.address)?);
         self.live.touch_all();
-        self.stream = Some(stream);
-        Ok(())
+        self.write(&self.title.create(self.live.resolution().to_array()))
     }
 
     fn send_changes(&mut self) -> io::Result<()> {
@@ -185,9 +209,26 @@ impl Show {
     fn send(&mut self, square: PixelBounds, values: &[f32]) -> io::Result<()> {
         let (at, size) = (square.min.to_array(), square.size().to_array());
         let packet = self.title.update(at, size, values);
-        self.stream
-            .as_mut()
-            .map_or(Ok(()), |stream| stream.write_all(&packet))
+        self.write(&packet)
+    }
+
+    /// All of it, and counts what is taken as it is.
+    fn write(&mut self, mut left: &[u8]) -> io::Result<()> {
+        let Some(stream) = self.stream.as_mut() else {
+            return Ok(());
+        };
+        while !left.is_empty() {
+            match stream.write(left) {
+                Ok(0) => return Err(ErrorKind::WriteZero.into()),
+                Ok(count) => {
+                    left = left.get(count..).unwrap_or_default();
+                    self.taken.fetch_add(count as u64, Relaxed);
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
     }
 }
 
@@ -204,4 +245,30 @@ fn connect(address: &str) -> io::Result<TcpStream> {
         }
     }
     Err(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half a second, two, and none, with what else a machine does: a viewer that has stalled is left, one that has not answered yet has
+    /// its time, and one that has the image is not waited for.
+    #[test]
+    fn a_viewer_has_its_time_unless_it_has_stalled() {
+        let waited = |taken: u64, has_all: bool| {
+            let (over, _orders) = channel();
+            let (done, shown) = channel();
+            if has_all {
+                done.send(()).expect("somebody who listens");
+            }
+            let taken = Arc::new(taken.into());
+            let viewer = Viewer { over, shown, taken };
+            let start = Instant::now();
+            viewer.wait();
+            start.elapsed()
+        };
+        assert!((STALL..LINGER).contains(&waited(1, false)));
+        assert!(waited(0, false) >= LINGER);
+        assert!(waited(1, true) < STALL);
+    }
 }
