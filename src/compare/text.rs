@@ -18,9 +18,10 @@ impl Comparison {
         if let Some(doubt) = self.doubt().filter(|_| self.agrees()) {
             return format!(
                 "It cannot be told whether the images agree: no difference was found, but {} could be black in one of \
-                 them in {}, and pass, so large and so little known is its noise.",
+                 them in {}, and pass, so large and so little known is its noise (that of {} effective samples).",
                 place(doubt.side, doubt.bounds),
                 CHANNELS[doubt.channel.min(2)],
+                effective(doubt.effective_samples),
             );
         }
         match self.verdict.worst() {
@@ -211,6 +212,12 @@ fn found(found: &Findable) -> String {
             extent(found.bounds)
         ),
     }
+}
+
+/// An effective number of samples: one decimal where there are few.
+fn effective(samples: f64) -> String {
+    let digits = usize::from(samples < 9.95);
+    format!("{samples:.digits$}")
 }
 
 /// From here on differences are told in multiples, below in per cent.

@@ -120,6 +120,7 @@ pub(in crate::cli) fn findable(found: &Findable) -> Value {
         "window": window(found.bounds),
         "channel": CHANNELS[found.channel.min(2)],
         "relative_difference": found.relative,
+        "effective_samples": found.effective_samples,
     })
 }
 
