@@ -108,7 +108,7 @@ impl AmbientOcclusion {
 impl Transport for AmbientOcclusion {
     /// No vertex is reported: the value is always finite.
     fn radiance(&self, mut context: Context) -> Rgb {
-        let mut ray = context.ray;
+        let mut ray = *context.ray();
         for _ in 0..=MAX_NULL_SURFACES {
             let Some(hit) = context.world.intersect(&ray) else {
                 context.arrive(0, Met::Background, Rgb::ZERO);

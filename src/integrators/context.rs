@@ -74,7 +74,6 @@ impl Bundle<'_, '_> {
             world: self.world,
             lights: self.lights,
             stream,
-            ray: end.ray.ray,
             differentials: differentials.as_ref(),
             end,
             workspace: self.workspace,
@@ -88,8 +87,6 @@ pub(super) struct Context<'a> {
     pub world: &'a World,
     pub lights: &'a Lights,
     pub stream: &'a mut SampleStream,
-    /// The camera ray.
-    pub ray: Ray,
     pub differentials: Option<&'a RayDifferentials>,
     /// How the ray was made.
     pub end: &'a CameraEnd<'a>,
@@ -98,7 +95,13 @@ pub(super) struct Context<'a> {
     pub watch: Option<&'a mut Watch>,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// The camera ray.
+    #[inline(always)]
+    pub(super) fn ray(&self) -> &'a Ray {
+        &self.end.ray.ray
+    }
+
     /// Reports a vertex after `depth` scattering events, with the `radiance` collected before it.
     #[inline(always)]
     pub(super) fn arrive(&mut self, depth: u32, met: Met, radiance: Rgb) {

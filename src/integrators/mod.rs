@@ -207,7 +207,6 @@ impl Integrator {
             world,
             lights: &self.lights,
             stream,
-            ray: end.ray.ray,
             differentials,
             end,
             workspace,

@@ -55,7 +55,7 @@ pub(super) fn trace(
     let mut radiance = Rgb::ZERO;
     let mut branches = Branches {
         next: Some(Branch {
-            ray: context.ray,
+            ray: *context.ray(),
             differentials: context.differentials.copied(),
             throughput: Rgb::ONE,
             level: 0,

@@ -185,6 +185,7 @@ pub struct LightEnd {
 }
 
 /// [`LightType::sample_with_end`] of a light without area, at `p` if it is anywhere.
+#[inline(always)]
 pub(super) fn sample_of_point(
     light: &impl LightType,
     p: Vec3,

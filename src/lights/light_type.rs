@@ -33,6 +33,7 @@ pub(super) trait LightType: Sized {
         Vec3::ZERO
     }
 
+    #[inline]
     fn sample_with_end(&self, from: &ReferencePoint, u: Vec2) -> Option<(LightSample, LightEnd)> {
         sample_of_point(self, self.place(), from, u)
     }

@@ -55,6 +55,7 @@ impl PointLight {
 }
 
 impl LightType for PointLight {
+    #[inline]
     fn sample(&self, from: &ReferencePoint, _u: Vec2) -> Option<LightSample> {
         sample_point(self.p, from, |_| self.intensity)
     }
@@ -86,6 +87,7 @@ impl LightType for PointLight {
 }
 
 /// Light from the point `p` whose intensity in a unit direction away from it is `intensity`.
+#[inline(always)]
 pub(super) fn sample_point(
     p: Vec3,
     from: &ReferencePoint,

@@ -40,28 +40,42 @@ impl Cylinder {
         positive(reader, "radius", radius)?;
         Some(Cylinder::new(radius, z0, z1, phi_max))
     }
-}
 
-impl ObjectSurface for Cylinder {
-    fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+    /// The nearest point with t > 0 on a ray, before it is put onto the surface.
+    #[inline(always)]
+    fn meet(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
         let r = self.radius;
         let (o2, d2) = (o.truncate(), d.truncate());
         let (a, b) = (d2.length_squared(), o2.dot(d2));
-        if a == 0.0 {
+        if a == 0.0 || self.swept.is_left_by(o.z, d.z) {
             return None;
         }
         let distance = o2.length();
         let c = (distance - r) * (distance + r);
+        // Away from the axis, and beyond the surface already.
+        if c > 0.0 && b > 0.0 {
+            return None;
+        }
         // As for the sphere, in the plane across the axis.
         let across = o2 - d2 * (b / a);
         let discriminant = a * (r * r - across.length_squared());
-        let mut met = { roots(a, b, c, discriminant)?.into_iter() }
+        { roots(a, b, c, discriminant)?.into_iter() }
             .filter(|&t| t > 0.0)
-            .map(|t| (t, o + d * t));
-        // Onto the surface where it is met: that changes neither height nor angle.
-        let (t, p) = met.find(|&(_, p)| self.swept.contains(p))?;
+            .map(|t| (t, o + d * t))
+            .find(|&(_, p)| self.swept.contains(p))
+    }
+}
+
+impl ObjectSurface for Cylinder {
+    fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+        let (t, p) = self.meet(o, d)?;
+        // Onto the surface: that changes neither height nor angle.
         let across = p.truncate();
-        Some((t, (across * (r / across.length())).extend(p.z)))
+        Some((t, (across * (self.radius / across.length())).extend(p.z)))
+    }
+
+    fn distance(&self, o: DVec3, d: DVec3) -> Option<f64> {
+        self.meet(o, d).map(|(t, _)| t)
     }
 
     fn approximate_uv(&self, p: DVec3) -> Vec2 {
@@ -114,6 +128,31 @@ mod tests {
         assert_eq!((t, p), (1.0, DVec3::new(1.0, 0.0, 0.5)));
         let (t, _) = c.intersect(DVec3::new(-3.0, 0.0, 0.0), DVec3::X).unwrap();
         assert_eq!(t, 2.0);
+    }
+
+    /// Rays that are known to miss without a root, and those next to them, which hit.
+    #[test]
+    fn rays_that_leave_miss_and_their_neighbors_hit() {
+        let c = Cylinder::new(1.0, -1.0, 1.0, 360.0);
+        let distance = |o: [f64; 3], d: [f64; 3]| {
+            let (o, d) = (DVec3::from(o), DVec3::from(d));
+            assert_eq!(c.distance(o, d), c.intersect(o, d).map(|(t, _)| t));
+            c.distance(o, d)
+        };
+        // Above and rising, or level; above and falling.
+        assert_eq!(distance([0.0, 0.0, 1.5], [1.0, 0.0, 0.5]), None);
+        assert_eq!(distance([0.0, 0.0, 1.5], [1.0, 0.0, 0.0]), None);
+        assert_eq!(distance([0.0, 0.0, 1.5], [1.0, 0.0, -1.0]), Some(1.0));
+        // Below and falling; below and rising. At the end's own height.
+        assert_eq!(distance([0.0, 0.0, -1.5], [1.0, 0.0, -0.5]), None);
+        assert_eq!(distance([0.0, 0.0, -1.5], [1.0, 0.0, 1.0]), Some(1.0));
+        assert_eq!(distance([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]), Some(1.0));
+        // Outside and away from the axis; inside and away from it; outside and toward it.
+        assert_eq!(distance([1.5, 0.0, 0.0], [1.0, 0.0, 0.0]), None);
+        assert_eq!(distance([0.5, 0.0, 0.0], [1.0, 0.0, 0.0]), Some(0.5));
+        assert_eq!(distance([1.5, 0.0, 0.0], [-1.0, 0.0, 0.0]), Some(0.5));
+        // From the surface itself inward, to its other side.
+        assert_eq!(distance([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]), Some(2.0));
     }
 
     #[test]

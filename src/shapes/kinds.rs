@@ -66,6 +66,10 @@ macro_rules! shape_types {
                 match self { $(Form::$Quadric(shape) => shape.intersect(o, d),)* }
             }
 
+            fn distance(&self, o: DVec3, d: DVec3) -> Option<f64> {
+                match self { $(Form::$Quadric(shape) => shape.distance(o, d),)* }
+            }
+
             fn at(&self, p: DVec3) -> ObjectPoint {
                 match self { $(Form::$Quadric(shape) => shape.at(p),)* }
             }

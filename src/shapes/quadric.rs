@@ -50,6 +50,10 @@ pub trait ObjectSurface {
     /// The nearest point with t > 0 on the ray `o + t d` (`d` of any length): t, and the point
     /// moved onto the surface.
     fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)>;
+    /// That t alone.
+    fn distance(&self, o: DVec3, d: DVec3) -> Option<f64> {
+        self.intersect(o, d).map(|(t, _)| t)
+    }
     /// Parameters and derivatives at a point of the surface.
     fn at(&self, p: DVec3) -> ObjectPoint;
     /// The unit normal there, alone.
@@ -118,7 +122,11 @@ impl Quadric {
     pub fn distance(&self, o: DVec3, d: DVec3) -> Option<f64> {
         match &self.ball {
             Some(ball) => ball.distance(o, d),
-            None => self.intersect(o, d).map(|(t, _)| t),
+            None => {
+                let inverse = &self.level_from_object.inverse;
+                self.form
+                    .distance(inverse.transform_point3(o), inverse.transform_vector3(d))
+            }
         }
     }
 
@@ -323,6 +331,12 @@ impl Swept {
     /// Returns `true` if a point of the whole surface of revolution is in this part.
     pub(super) fn contains(&self, p: DVec3) -> bool {
         p.z >= self.z_min && p.z <= self.z_max && self.sweeps(|| azimuth(p))
+    }
+
+    /// Returns `true` if a ray from the height `z` that rises by `dz` never comes to this part.
+    #[inline(always)]
+    pub(super) fn is_left_by(&self, z: f64, dz: f64) -> bool {
+        (z > self.z_max && dz >= 0.0) || (z < self.z_min && dz <= 0.0)
     }
 
     /// Returns `true` if `angle`, in [0, 2π), is within the sweep; it is computed only for partial sweeps.

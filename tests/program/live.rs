@@ -255,7 +255,7 @@ fn a_bad_viewer_harms_nothing() {
         let start = Instant::now();
         let run = render(&scene, &path, &["--display-server", &address]);
         assert!(bytes(&path) == undisturbed, "{what}");
-        // Two seconds are what a viewer has at the end; machines that do other things are ten times slower.
+        // Two seconds are the most that a viewer has at the end; machines that do other things are ten times slower.
         let most = 10 * alone + Duration::from_secs(2 + 5);
         assert!(start.elapsed() < most, "{what}: {:?}", start.elapsed());
         if what == "is not there" {

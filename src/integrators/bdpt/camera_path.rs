@@ -43,7 +43,7 @@ impl Trail {
     /// Begins along the camera ray.
     #[inline(always)]
     pub(super) fn begin(&mut self, context: &Context) {
-        let ray = &context.ray;
+        let ray = context.ray();
         let from = ReferencePoint {
             p: ray.o,
             time: ray.time,
@@ -192,7 +192,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
 
     /// Collects the light at a vertex on a flat triangle. Returns what the path is to know if it continues.
     pub(super) fn meet_flat(&mut self, at: &FlatVertex) -> Option<History> {
-        let history = self.history(at.from.p, at.from.n.dot(at.wo).abs());
+        let history = self.history(at.from.p, at.cosine);
         self.join(Vertex::Flat(at), &history);
         (!self.is_spent()).then_some(history)
     }

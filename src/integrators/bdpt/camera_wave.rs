@@ -19,6 +19,7 @@ use crate::math::ray::Ray;
 use crate::samplers::SampleStream;
 use crate::world::World;
 use arrayvec::ArrayVec;
+use std::iter::repeat_n;
 
 /// Memory that the waves of a thread use in turn: too large to be initialized for each.
 #[derive(Default)]
@@ -128,7 +129,8 @@ impl<'a> Wave<'a, '_> {
     /// Extends all paths by a vertex.
     fn extend(&mut self, light_paths: &LightPaths<'a>, is_first: bool) {
         let world = self.bundle.world;
-        let mut found = [None; WAVE];
+        let mut found = ArrayVec::<Option<ClosestHit>, WAVE>::new();
+        found.extend(repeat_n(None, self.buffers.walking.len()));
         self.closest(&mut found);
         self.buffers.flats.clear();
         for (path, found) in std::mem::take(&mut self.buffers.walking)
@@ -136,26 +138,29 @@ impl<'a> Wave<'a, '_> {
             .zip(found)
         {
             let t = found.as_ref().map(ClosestHit::t);
-            let in_medium = self.buffers.trails[path as usize].walk.medium.is_some();
-            let advanced =
-                in_medium.then(|| self.with(path, light_paths, |state| state.advance(t)));
-            let is_at_surface = matches!(advanced, None | Some(Some(Met::Surface)));
+            let walk = &self.buffers.trails[path as usize].walk;
+            // What is not finite is counted as it goes on.
+            let met = match walk.medium.is_none() && walk.throughput.is_finite() {
+                true => Some(Met::at_end(t)),
+                false => self.with(path, light_paths, |state| state.advance(t)),
+            };
+            let Some(met) = &met else {
+                self.go_on(path, None);
+                continue;
+            };
+            let is_at_surface = matches!(met, Met::Surface);
             let flat = found.as_ref().filter(|_| is_at_surface);
             if flat.is_some_and(|found| self.is_flat(path, found)) {
                 continue;
             }
             let extended = self.with(path, light_paths, |state| {
                 state.differentials = state.context.differentials.filter(|_| is_first);
-                let met = match advanced {
-                    Some(met) => met?,
-                    None => state.advance(t)?,
-                };
                 let is_asked = is_at_surface || state.context.is_looked_at();
                 let wants_uv = state.context.wants_parameters();
                 let ray = &state.trail.walk.ray;
                 let hit = found.filter(|_| is_asked);
                 let hit = hit.and_then(|found| world.surface_with(ray, &found, wants_uv));
-                state.arrive_at(&met, hit.as_ref())
+                state.arrive_at(met, hit.as_ref())
             });
             self.go_on(path, extended);
         }
@@ -242,10 +247,9 @@ impl<'a> Wave<'a, '_> {
     }
 
     /// What the paths hit.
-    fn closest(&self, found: &mut [Option<ClosestHit>; WAVE]) {
+    fn closest(&self, found: &mut [Option<ClosestHit>]) {
         let ray = |&path: &u32| self.buffers.trails[path as usize].walk.ray;
         let rays: ArrayVec<Ray, WAVE> = self.buffers.walking.iter().map(ray).collect();
-        let found = &mut found[..rays.len()];
         self.bundle.world.closest(&rays, found);
     }
 

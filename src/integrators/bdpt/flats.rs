@@ -88,10 +88,13 @@ impl Flats {
     pub(super) fn vertex(&self, i: usize) -> FlatVertex {
         let (ray, medium) = &self.arriving[i];
         let vertex = self.vertices.vertex(i, ray.time);
+        // Here, while both are in registers.
+        let cosine = vertex.from.n.dot(ray.d).abs();
         FlatVertex {
             from: vertex.from,
             matte: vertex.scatterer,
             wo: -ray.d,
+            cosine,
             medium: *medium,
         }
     }

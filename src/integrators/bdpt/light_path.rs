@@ -232,10 +232,9 @@ impl<'a> LightTracer<'_, 'a> {
     /// Extends a path by a vertex on a flat triangle. Returns what the path is to know if it continues.
     pub(super) fn meet_flat(&self, begun: &Begun, walk: &mut Walk, at: &FlatVertex) -> History {
         if walk.depth == 0 {
-            let cosine = at.from.n.dot(at.wo).abs();
-            walk.onward = self.first_onward(begun, cosine, &at.from, walk);
+            walk.onward = self.first_onward(begun, at.cosine, &at.from, walk);
         }
-        walk.arrive(at.from.p, at.from.n.dot(at.wo).abs())
+        walk.arrive(at.from.p, at.cosine)
     }
 
     /// Returns `true` if no path has another vertex after this one. Where light leaves a material again is a vertex after the same

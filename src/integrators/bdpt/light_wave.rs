@@ -11,6 +11,7 @@ use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2};
 use crate::samplers::SampleStream;
 use arrayvec::ArrayVec;
+use std::iter::repeat_n;
 
 /// Paths that are traced together: enough to fill packets of rays when many of them have ended.
 const WAVE: usize = 64;
@@ -66,8 +67,8 @@ pub(super) fn trace_all<'a>(
 struct Wave {
     /// In their places. One that has ended stays until another takes its place.
     paths: ArrayVec<ActivePath, WAVE>,
-    /// The ways that are left to each.
-    branches: [Branches; WAVE],
+    /// The ways that are left to each. Not in an array: that would be zeroed for each wave, 45 KiB.
+    branches: ArrayVec<Branches, WAVE>,
     /// The places of those being traced.
     active: ArrayVec<u8, WAVE>,
     /// The places of others.
@@ -78,7 +79,7 @@ impl Wave {
     fn new() -> Wave {
         Wave {
             paths: ArrayVec::new(),
-            branches: [const { Branches::new_const() }; WAVE],
+            branches: ArrayVec::new(),
             active: ArrayVec::new(),
             free: ArrayVec::new(),
         }
@@ -127,6 +128,7 @@ impl Wave {
                 stream: *stream,
                 has_ended: false,
             });
+            self.branches.push(Branches::new());
             (self.paths.len() - 1) as u8
         })
     }
@@ -141,8 +143,9 @@ impl Wave {
         let world = tracer.world;
         let ray = |&place: &u8| self.paths[usize::from(place)].walk.ray;
         let rays: ArrayVec<Ray, WAVE> = self.active.iter().map(ray).collect();
-        let mut found = [None; WAVE];
-        world.closest(&rays, &mut found[..rays.len()]);
+        let mut found = ArrayVec::<Option<ClosestHit>, WAVE>::new();
+        found.extend(repeat_n(None, rays.len()));
+        world.closest(&rays, &mut found);
         flats.clear();
         for (&place, found) in self.active.iter().zip(found) {
             let ActivePath {

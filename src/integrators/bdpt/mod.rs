@@ -120,7 +120,7 @@ impl Bdpt {
         let mut light_paths = LightPaths::in_spare(&mut context.workspace.vertices, room);
         if joins {
             let numbers = &mut context.stream.fork();
-            tracer.trace(context.ray.time, numbers, |light, vertex, _| {
+            tracer.trace(context.ray().time, numbers, |light, vertex, _| {
                 light_paths.push(0, light, &vertex);
             });
         }

@@ -33,6 +33,8 @@ pub(super) struct FlatVertex {
     pub from: ReferencePoint,
     pub matte: Matte,
     pub wo: Vec3,
+    /// |cos θ| of `wo` to the geometric normal.
+    pub cosine: f32,
     /// The medium around it.
     pub medium: Option<MediumId>,
 }

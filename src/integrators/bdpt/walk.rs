@@ -91,6 +91,14 @@ pub(super) enum Met {
     Surface,
 }
 
+impl Met {
+    /// At the end of a ray that hits a surface at distance `t`, if any.
+    #[inline(always)]
+    pub(super) fn at_end(t: Option<f32>) -> Met {
+        t.map_or(Met::Background, |_| Met::Surface)
+    }
+}
+
 impl Walk {
     /// Begins at a vertex; what is known of that depends on the next. In place: a copy would wait for all that was just written.
     #[inline(always)]
@@ -143,7 +151,7 @@ impl Walk {
                 }));
             }
         }
-        Some(t.map_or(Met::Background, |_| Met::Surface))
+        Some(Met::at_end(t))
     }
 
     /// Through a surface without material.

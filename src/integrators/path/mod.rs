@@ -132,7 +132,7 @@ impl Path {
     /// without material; a constant, so that `path` pays nothing for it. Nor does either for being watched.
     fn trace<const MEDIA: bool, const WATCHED: bool>(&self, context: Context) -> Rgb {
         let medium = context.world.media.camera.filter(|_| MEDIA);
-        let mut trail = Trail::new(context.ray, medium, self.max_depth, context.world);
+        let mut trail = Trail::new(*context.ray(), medium, self.max_depth, context.world);
         let mut state = PathState::<MEDIA, WATCHED> {
             path: self,
             reports: WATCHED && context.watch.as_ref().is_some_and(|watch| watch.reports()),

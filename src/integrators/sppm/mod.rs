@@ -118,8 +118,7 @@ impl Transport for Sppm {
             paths: 1.0,
             disc: &mut mapper.disc(),
         };
-        let Context { ray, stream, .. } = context;
-        let path = mapper.camera_path(ray, context.differentials, stream);
+        let path = mapper.camera_path(*context.ray(), context.differentials, context.stream);
         let watch = context.watch;
         CameraPath { watch, ..path }.trace(&mut gather)
     }

@@ -63,12 +63,13 @@ const CHUNK: u64 = 1 << 9;
 const JOINED: [f32; 2] = [1.0, 1.0 / 32.0];
 
 /// The part of the light that joints must bring for all camera paths to be joined. The mean tells more of a few samples than their
-/// noise, of which the rare bright ones are the most.
-const LEAST_JOINED: f64 = 0.15;
+/// noise, of which the rare bright ones are the most. In four pilot passes of each scene of the census that
+/// part is 0.064 at most, or 0.134 and more.
+const LEAST_JOINED: f64 = 0.1;
 
 /// Light paths for each camera sample that may be chosen: not many, as the noise of camera paths is
 /// underestimated where its tail is heavy, of which a pilot pass meets nothing.
-const LIGHT_SHARES: [f32; 5] = [1.0 / 16.0, 0.25, 0.5, 1.0, 2.0];
+const LIGHT_SHARES: [f32; 6] = [1.0 / 16.0, 0.125, 0.25, 0.5, 1.0, 2.0];
 
 /// Those where anything scatters in a medium: two samples of a pixel say little of its noise, and light paths do not tell of it either.
 const SHARES_IN_MEDIA: [f32; 2] = [1.0, 2.0];

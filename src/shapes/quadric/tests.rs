@@ -79,6 +79,7 @@ pub(crate) fn check_hits(shape: &impl ObjectSurface) {
             continue;
         };
         assert!(t <= 1.0 + 1e-7, "{t}");
+        assert_eq!(shape.distance(o, d), Some(t));
         // Grazing hits are the ill-conditioned ones.
         assert!((o + d * t - p).length() < 1e-6 * d.length());
         assert!(in_unit_square(shape.at(p).uv), "{:?}", shape.at(p));
