@@ -33,7 +33,7 @@ pub struct Findable {
     /// The difference, relative to the block's mean in the reference, or to a tenth of the image's where that is more.
     /// Infinite where nothing can be found.
     pub relative: f64,
-    /// The effective number of samples, of both images together: (light / standard error of the difference)², with the light that `relative` is
+    /// The effective sample size, of both images together: (light / standard error of the difference)², with the light that `relative` is
     /// relative to. Of images whose samples find equal light or none it is 1 / (1/a + 1/b), where a and b samples find it; below the
     /// smaller of a and b if the larger [variance per sample](super::Options) counts for both. Of one image it would be Kish's
     /// (Σx)² / Σx² (L. Kish, "Survey Sampling" 1965, §8.2). Infinite without noise.

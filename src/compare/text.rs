@@ -214,7 +214,7 @@ fn found(found: &Findable) -> String {
     }
 }
 
-/// An effective number of samples: one decimal where there are few.
+/// An effective sample size: one decimal where there are few.
 fn effective(samples: f64) -> String {
     let digits = usize::from(samples < 9.95);
     format!("{samples:.digits$}")

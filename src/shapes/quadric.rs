@@ -123,9 +123,8 @@ impl Quadric {
         match &self.ball {
             Some(ball) => ball.distance(o, d),
             None => {
-                let inverse = &self.level_from_object.inverse;
-                self.form
-                    .distance(inverse.transform_point3(o), inverse.transform_vector3(d))
+                let (o, d) = self.object_ray(o, d);
+                self.form.distance(o, d)
             }
         }
     }
@@ -195,9 +194,15 @@ impl Quadric {
     /// Distance to the nearest point along the ray, in units of `d`'s length, and that point in
     /// object space.
     pub fn intersect(&self, o: DVec3, d: DVec3) -> Option<(f64, DVec3)> {
+        let (o, d) = self.object_ray(o, d);
+        self.form.intersect(o, d)
+    }
+
+    /// Origin and direction of a ray in object space.
+    #[inline(always)]
+    fn object_ray(&self, o: DVec3, d: DVec3) -> (DVec3, DVec3) {
         let inverse = &self.level_from_object.inverse;
-        self.form
-            .intersect(inverse.transform_point3(o), inverse.transform_vector3(d))
+        (inverse.transform_point3(o), inverse.transform_vector3(d))
     }
 
     /// The surface at `p`, a point of it in object space.

@@ -25,7 +25,7 @@ const AGAIN: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)];
 /// What the whole image may take when the render is over and written.
 const LINGER: Duration = Duration::from_secs(2);
 
-/// A viewer that takes nothing for so long then has stalled. Systems tell of what is taken in lumps, a third of what is under way.
+/// A viewer that takes nothing for so long then has stalled. A writer that waits is woken when a third of the buffer is free: bytes are taken in lumps.
 const STALL: Duration = Duration::from_millis(500);
 
 /// Asks for the names of layers alone.

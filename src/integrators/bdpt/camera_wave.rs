@@ -139,7 +139,7 @@ impl<'a> Wave<'a, '_> {
         {
             let t = found.as_ref().map(ClosestHit::t);
             let walk = &self.buffers.trails[path as usize].walk;
-            // What is not finite is counted as it goes on.
+            // `advance` reports throughput that is not finite.
             let met = match walk.medium.is_none() && walk.throughput.is_finite() {
                 true => Some(Met::at_end(t)),
                 false => self.with(path, light_paths, |state| state.advance(t)),

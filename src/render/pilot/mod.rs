@@ -40,11 +40,11 @@ const FLOOR: f64 = 0.02;
 
 /// The least blocks by which the image may be left to the path tracer: two samples in each of fewer may meet nothing of what is noise in
 /// an image.
-const LEAST_BLOCKS: usize = 1 << 10;
+const MIN_BLOCKS: usize = 1 << 10;
 
 /// The part of the light that `bdpt` sees which samples of the path tracer must have, too, rare ones cut: of rooms with a lamp they have
 /// 0.9 and more, but 0.6 where half of an image is a room whose lamp is in a ball of rough glass.
-const LEAST_SEEN: f64 = 0.8;
+const MIN_SEEN: f64 = 0.8;
 
 /// Camera samples so many times as bright as their block are rare.
 const RARE: f64 = 8.0;
@@ -65,7 +65,7 @@ const JOINED: [f32; 2] = [1.0, 1.0 / 32.0];
 /// The part of the light that joints must bring for all camera paths to be joined. The mean tells more of a few samples than their
 /// noise, of which the rare bright ones are the most. In four pilot passes of each scene of the census that
 /// part is 0.064 at most, or 0.134 and more.
-const LEAST_JOINED: f64 = 0.1;
+const MIN_JOINED: f64 = 0.1;
 
 /// Light paths for each camera sample that may be chosen: not many, as the noise of camera paths is
 /// underestimated where its tail is heavy, of which a pilot pass meets nothing.
@@ -211,7 +211,7 @@ impl RenderJob {
     /// Leaves the image to the path tracer, and returns `true`, if its noise × time is less than that of camera paths that saw what was
     /// `seen`, with light paths beside them, and a `share` of which is joined to one.
     fn leaves_to_path(&mut self, pilot: &Pilot, seen: &[Pair], share: f32) -> bool {
-        if pilot.blocks.count() < LEAST_BLOCKS {
+        if pilot.blocks.count() < MIN_BLOCKS {
             return false;
         }
         self.integrator.join(0.0);
@@ -255,7 +255,7 @@ impl RenderJob {
             + told.brightness(self.paths_per_sample());
         !told.brought.is_empty()
             && (noise + told.rare_alone(rare)) * COST_OF_PATH <= least
-            && brightness(by_path, (0.0, rare), &worth) >= LEAST_SEEN * all
+            && brightness(by_path, (0.0, rare), &worth) >= MIN_SEEN * all
     }
 
     /// Light paths of a round.
@@ -309,7 +309,7 @@ impl RenderJob {
         let seen = self.look(pilot);
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
         let joined = part_of_joined(&seen, &worth);
-        if joined >= LEAST_JOINED {
+        if joined >= MIN_JOINED {
             return (seen, all);
         }
         self.integrator.join(few);
