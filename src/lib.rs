@@ -60,7 +60,7 @@
 //!     scene.render(&options, &|_| ())
 //! };
 //! let [a, b] = [render(1)?.image, render(2)?.image];
-//! let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 2.0, pool: Some(Pool { side: 8, freedom: 1.0 }), samples: Some(4.0) });
+//! let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 2.0, pool: Some(Pool { side: 8, freedom: 1.0 }), samples: Some(4.0), light_paths: None });
 //! let comparison = compare(&a, &b, &Options::default())?;
 //! println!("{}", comparison.sentence());
 //! assert!(comparison.agrees()); // they differ by noise only

@@ -276,6 +276,37 @@ fn images_of_rare_light_agree() {
     }
 }
 
+/// Light paths help `path` where there are enough samples, and what they know well the fewer samples of the other image may have missed in
+/// whole blocks. Until that was told to the file these were said to differ. In one square of the last scene two halves were alike by chance, and what the others have is a part of its
+/// variance.
+#[test]
+fn images_of_other_light_paths_and_samples_agree() {
+    let folder = Folder::new();
+    for (name, seeds, is_helped) in [
+        ("areasphere_sdsmirror_path", ["100", "101"], true),
+        ("areasphere_rr_path", ["102", "103"], true),
+        ("spot_mirrorpanel_bdpt", ["103", "102"], false),
+    ] {
+        let text = std::fs::read_to_string(format!("tests/scenes/census/{name}.pbrt"));
+        let text = text.expect("a scene").replace("\"random\"", "\"halton\"");
+        let scene = folder.path("scene.pbrt");
+        std::fs::write(&scene, text).expect("a writable folder");
+        let [a, b] = [("16", seeds[0]), ("256", seeds[1])].map(|(spp, seed)| {
+            let file = folder.path(&format!("{seed}.exr"));
+            let options = ["--spp", spp, "--variance", "--seed", seed, "-o", &file];
+            let run = fstop([&["render", &scene], &options[..]].concat());
+            assert_eq!(run.code, 0, "{}", run.stderr);
+            file
+        });
+        let (code, value) = json(&[&a, &b, "--no-flip"]);
+        assert_ne!(code, 1, "{name}: {value:#}");
+        let paths = |image: &str| value[image]["light_paths"].as_f64().expect("a number");
+        assert_eq!(paths("a") != paths("b"), is_helped, "{name}: {value:#}");
+        let notes = value["notes"].to_string();
+        assert_eq!(notes.contains("no light paths"), is_helped, "{notes}");
+    }
+}
+
 /// Files with the CIE's colors are converted, and it is said.
 #[test]
 fn colors_of_the_cie_are_converted() {

@@ -238,6 +238,7 @@ fn intervals(image: &Image, truth: &Image, freedom: f64, side: u32) -> [u64; 2] 
             freedom: 1.0,
         }),
         samples: None,
+        light_paths: None,
     };
     let own = estimate(image, freedom);
     let exact = estimate(truth, f64::from(REFERENCE) - 2.0);

@@ -162,6 +162,7 @@ fn estimate(image: &Image) -> Estimate<'_> {
             freedom: 1.0,
         }),
         samples: Some(f64::from(SPP)),
+        light_paths: None,
     }
 }
 
@@ -237,6 +238,7 @@ fn coverage(images: &[Image], truth: &Image) -> Vec<f64> {
         freedom: f64::INFINITY,
         pool: None,
         samples: None,
+        light_paths: None,
     };
     let inside = |side: u32| {
         let [inside, all] = { images.par_iter() }

@@ -1,7 +1,7 @@
 //! An image as a statistical estimate.
 
 use super::{Side, extent};
-use crate::film::{Image, LoadedImage, PixelBounds};
+use crate::film::{Image, LightPathUse, LoadedImage, PixelBounds};
 use crate::math::Rgb;
 
 /// An image with its uncertainty.
@@ -16,6 +16,8 @@ pub struct Estimate<'a> {
     /// Samples per pixel in total, if known. If both images know theirs, they are compared with a common variance per
     /// sample (see [`Options`](super::Options) for the reason).
     pub samples: Option<f64>,
+    /// What light paths do in it, if known. Where two images differ in that, one of them may lack light that the other knows well.
+    pub light_paths: Option<LightPathUse>,
 }
 
 /// Squares of pixels whose variances are those of the samples of each, times a factor that is found from all of them
@@ -69,6 +71,7 @@ impl<'a> Estimate<'a> {
                 freedom: runs,
             }),
             samples: samples.filter(|&n| n > 0.0),
+            light_paths: loaded.light_paths,
         }
     }
 

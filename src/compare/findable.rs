@@ -5,7 +5,7 @@
 //! §2.3, without the noncentral distribution, which is within a few per cent of it from five degrees of freedom on).
 
 use super::student::two_sided_t;
-use super::verdict::BlockTest;
+use super::verdict::{BlockTest, Candidate};
 use crate::film::PixelBounds;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -62,8 +62,8 @@ impl Findable {
             for (channel, candidate) in candidates.iter().enumerate() {
                 let light = candidate.means[1].abs().max(FLOOR * mean.abs());
                 let least = match candidate.floor < alpha {
-                    _ if candidate.error == 0.0 => candidate.tolerated,
-                    true => quantiles.at(candidate.freedom) * candidate.error + candidate.tolerated,
+                    _ if candidate.error == 0.0 && candidate.portion == 0.0 => candidate.tolerated,
+                    true => smallest(candidate, quantiles.at(candidate.freedom)),
                     false => f64::INFINITY,
                 };
                 let relative = if least == 0.0 { 0.0 } else { least / light };
@@ -83,6 +83,15 @@ impl Findable {
         }
         worst
     }
+}
+
+/// The difference of so many standard errors, some of whose variance is the candidate's portion for each unit of the difference
+/// itself.
+fn smallest(candidate: &Candidate, errors: f64) -> f64 {
+    let square = errors * errors;
+    let (tolerated, half) = (candidate.tolerated, 0.5 * square * candidate.portion);
+    let own = square * (candidate.error * candidate.error + candidate.portion * tolerated);
+    tolerated + half + (half * half + own).sqrt()
 }
 
 /// Sums of both quantiles, for degrees of freedom that are rounded down to a sixteenth of an octave.

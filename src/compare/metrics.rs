@@ -155,6 +155,7 @@ fn freedom_of_means(a: &Estimate, b: &Estimate, noise: NoiseSource) -> [f64; 3] 
         b: Known::new(*b),
         tolerance: 0.0,
         common: None,
+        missed: None,
         noiseless: false,
     };
     let freedoms = test.ask(a.image.bounds).map(|candidate| candidate.freedom);
@@ -215,6 +216,7 @@ mod tests {
             freedom: 9.0,
             pool: None,
             samples: None,
+            light_paths: None,
         });
         let m = Metrics::new(&a, &b, NoiseSource::Stored, 0);
         assert_eq!(m.mse, 1.0 / 3.0);
@@ -241,6 +243,7 @@ mod tests {
             freedom: 1.0,
             pool: None,
             samples: None,
+            light_paths: None,
         };
         let m = Metrics::new(&e, &e, NoiseSource::SpatialWithoutBoth, 0);
         assert_eq!((m.mse, m.relative_mse, m.expected_mse), (0.0, 0.0, None));
@@ -259,6 +262,7 @@ mod tests {
             freedom: 1.0,
             pool: None,
             samples: None,
+            light_paths: None,
         });
         let m = Metrics::new(&a, &b, NoiseSource::SpatialWithoutBoth, 0);
         let error = m.channels[1].ratio_error.unwrap();
@@ -279,6 +283,7 @@ mod tests {
             freedom: 1.0,
             pool: None,
             samples: None,
+            light_paths: None,
         });
         let m = Metrics::new(&a, &b, NoiseSource::None, 3);
         assert_eq!(

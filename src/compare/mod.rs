@@ -12,6 +12,7 @@ mod estimate;
 mod findable;
 pub mod flip;
 mod metrics;
+mod missed;
 pub(crate) mod non_finite;
 mod options;
 mod scatter;
@@ -36,8 +37,9 @@ pub use text::{CHANNELS, blocks, extent, probability, rate, relative};
 pub use uniformity::{BINS, Uniformity};
 pub use verdict::{Finding, Level, Statistic, Verdict};
 
-use crate::film::{Image, PixelBounds};
+use crate::film::{Image, LightPathUse, PixelBounds};
 use crate::math::Rgb;
+use missed::Missed;
 use rayon::prelude::*;
 use scatter::{MeanScatter, NeighborScatter, Scatter};
 use std::fmt;
@@ -66,6 +68,9 @@ pub struct Comparison {
     pub verdict: Verdict,
     /// The noise estimate they used.
     pub noise: NoiseSource,
+    /// What light paths do in both images, where that differs: then one of them may lack light that the other knows well, and a
+    /// darker block has more noise than its variance.
+    pub light_paths: Option<[LightPathUse; 2]>,
     /// What would have been found: for each block size but single pixels, and for the whole image. Empty without noise.
     pub findable: Vec<Findable>,
     /// Values that are infinite or NaN.
@@ -129,7 +134,7 @@ pub enum Answer {
 /// a.variance = Some(vec![Rgb::splat(1e-4); 256]);
 /// let mut b = a.clone();
 /// b.pixels[37].y = 1.0; // seventy standard deviations
-/// let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 63.0, pool: None, samples: Some(64.0) });
+/// let [a, b] = [&a, &b].map(|image| Estimate { image, freedom: 63.0, pool: None, samples: Some(64.0), light_paths: None });
 /// let comparison = compare(&a, &b, &Options::default())?;
 /// assert!(!comparison.agrees());
 /// println!("{}", comparison.sentence());
@@ -141,6 +146,7 @@ pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparis
     of_pair(a, b, options, |pair, non_finite| Comparison {
         verdict: pair.verdict(),
         noise: pair.noise,
+        light_paths: pair.missed().map(|missed| missed.light_paths),
         findable: pair.findable(),
         uniformity: pair.uniformity(),
         neighbors: Neighbors::new(&pair.a, &pair.b, pair.noise == NoiseSource::Stored),
@@ -256,8 +262,14 @@ impl<'a> Pair<'a> {
             b: Known::new(self.b),
             tolerance: self.options.relative_tolerance,
             common: known.filter(|_| common),
+            missed: self.missed().filter(|_| common),
             noiseless: self.noise == NoiseSource::None,
         }
+    }
+
+    fn missed(&self) -> Option<Missed> {
+        let is_stored = self.noise == NoiseSource::Stored && self.options.common_variance;
+        is_stored.then(|| Missed::of(&self.a, &self.b)).flatten()
     }
 
     fn scatter(&self) -> Scatter<'a> {

@@ -191,6 +191,7 @@ fn candidate(
         } else {
             f64::INFINITY
         },
+        portion: 0.0,
         tolerated,
         floor: min_p(signs),
     }

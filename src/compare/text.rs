@@ -3,7 +3,7 @@
 use super::findable::{Findable, POWER};
 use super::verdict::{Level, Statistic};
 use super::{Comparison, NoiseSource, Side, Uniformity};
-use crate::film::PixelBounds;
+use crate::film::{LightPathUse, PixelBounds};
 
 /// Names of the channels.
 pub const CHANNELS: [&str; 3] = ["red", "green", "blue"];
@@ -68,6 +68,7 @@ impl Comparison {
     pub fn cautions(&self) -> Vec<String> {
         let mut cautions = Vec::new();
         cautions.extend(self.caution_of_noise());
+        cautions.extend(self.light_paths.map(caution_of_light_paths));
         if self.non_finite.left_out > 0 {
             cautions.push(format!(
                 "{}; pixels without a finite value in either are left out of everything else.",
@@ -161,6 +162,29 @@ impl Comparison {
         };
         let found: Vec<String> = [Side::A, Side::B].into_iter().filter_map(of).collect();
         found.join(" and ")
+    }
+}
+
+fn caution_of_light_paths([a, b]: [LightPathUse; 2]) -> String {
+    format!(
+        "Paths from the lights bring other parts of the light in A ({}) than in B ({}): what comes by few samples of one image it may \
+         have missed where the other knows it well. So a darker block is taken to lack samples as bright as the brightest \
+         that its image has found. Renders with the same number of samples are compared without that.",
+        used(a),
+        used(b)
+    )
+}
+
+/// How many light paths there are.
+fn used(light_paths: LightPathUse) -> String {
+    let LightPathUse { per_sample, joined } = light_paths;
+    let joined = match joined {
+        0.0 => String::new(),
+        share => format!(", {share} of the camera paths joined to one"),
+    };
+    match per_sample {
+        0.0 => format!("no light paths{joined}"),
+        count => format!("{count} light paths for each sample{joined}"),
     }
 }
 

@@ -93,6 +93,8 @@ pub(super) struct Candidate {
     pub freedom: f64,
     /// Standard error of the difference.
     pub error: f64,
+    /// The variance of the difference for each unit of light that one of the images may have missed.
+    pub portion: f64,
     /// Differences up to this are ignored.
     pub tolerated: f64,
     /// Lower bound on the p-value of any test of this block.

@@ -1,6 +1,7 @@
 //! Welch's t-test on a block of pixels whose variances are known.
 
 use super::Estimate;
+use super::missed::Missed;
 use super::verdict::{BlockTest, Candidate, Statistic};
 use crate::film::PixelBounds;
 use crate::math::Rgb;
@@ -15,6 +16,8 @@ pub(super) struct WelchTest<'a> {
     pub tolerance: f64,
     /// Samples per pixel of both images, if the larger variance per sample is to be used for both.
     pub common: Option<(f64, f64)>,
+    /// Light that one of them may have missed.
+    pub missed: Option<Missed>,
     /// Treats all variances as 0.
     pub noiseless: bool,
 }
@@ -33,17 +36,23 @@ impl BlockTest for WelchTest<'_> {
                 Some((samples_a, samples_b)) => common_error(x, y, samples_a, samples_b),
                 None => welch_error(x, y),
             };
+            let means = [x.mean, y.mean];
+            let portion =
+                { self.missed }.map_or(0.0, |missed| missed.portion(means, channel, bounds.area()));
+            let lacking = portion * (x.mean - y.mean).abs();
+            let freedom = pooled_freedom([(error * error, freedom), (lacking, f64::INFINITY)]);
             let excess = (x.mean - y.mean).abs() - tolerated;
             let t = if excess <= 0.0 {
                 0.0
             } else {
-                (excess / error).copysign(x.mean - y.mean)
+                (excess / error.hypot(lacking.sqrt())).copysign(x.mean - y.mean)
             };
             Candidate {
-                means: [x.mean, y.mean],
+                means,
                 t,
                 freedom,
                 error,
+                portion,
                 tolerated,
                 floor: 0.0,
             }
@@ -75,6 +84,9 @@ impl<'a> Known<'a> {
         let variances = bounds.pixels().zip(pooled.into_iter().flatten());
         for (i, (pixel, variance)) in variances.enumerate() {
             let own = independent.get(i).copied().unwrap_or_default();
+            // What a pixel has to which nothing has come is a part of its neighbors'.
+            let mean = estimate.image.pixels.get(i).copied().unwrap_or_default();
+            let own = Rgb::select(mean.cmpne(Rgb::ZERO), own, Rgb::ZERO);
             let variance = variance.max(MIN_FACTOR * own).as_dvec3();
             if let Some(sum) = squares.index(pixel / side).and_then(|i| sums.get_mut(i)) {
                 *sum = [sum[0] + variance, sum[1] + variance * variance];
@@ -214,6 +226,7 @@ mod tests {
                 freedom: 1.0,
             }),
             samples: None,
+            light_paths: None,
         });
         let freedom = |x0, x1, y1| {
             let block = PixelBounds::new(UVec2::new(x0, 0), UVec2::new(x1, y1));
@@ -246,6 +259,7 @@ mod tests {
             .map(|(i, v)| if is_alike(i) { *v * 1e-6 } else { *v });
         image.variance = Some(pooled.collect());
         image.independent = Some(own);
+        image.pixels.fill(Rgb::ONE);
         let freedom = |image: &Image| {
             let known = Known::new(Estimate {
                 image,
@@ -255,10 +269,22 @@ mod tests {
                     freedom: 1.0,
                 }),
                 samples: None,
+                light_paths: None,
             });
             block_means(&known, image.bounds, false)[1].freedom
         };
         assert!((1.0..2.5).contains(&freedom(&image)), "{}", freedom(&image));
+        // The others are black, and what they have is a part of the bright one's.
+        for (i, (mean, own)) in { image.pixels.iter_mut() }
+            .zip(image.independent.iter_mut().flatten())
+            .enumerate()
+        {
+            if i != 9 {
+                (*mean, *own) = (Rgb::ZERO, Rgb::splat(0.25));
+            }
+        }
+        assert!((1.0..2.5).contains(&freedom(&image)), "{}", freedom(&image));
+        image.pixels.fill(Rgb::ONE);
         image.independent = None;
         assert!(freedom(&image) > 40.0);
     }

@@ -295,6 +295,10 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     if let Some(side) = metadata.pool.and_then(|side| i32::try_from(side).ok()) {
         add("variancePool", AttributeValue::I32(side));
     }
+    if let Some(light_paths) = metadata.light_paths {
+        add("lightPaths", AttributeValue::F32(light_paths.per_sample));
+        add("joinedPaths", AttributeValue::F32(light_paths.joined));
+    }
     if let Some(runs) = metadata.runs.and_then(|runs| i32::try_from(runs).ok()) {
         add("runs", AttributeValue::I32(runs));
     }

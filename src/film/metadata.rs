@@ -1,6 +1,6 @@
 //! Metadata of an image file: how the image was rendered.
 
-use super::Manifest;
+use super::{LightPathUse, Manifest};
 use glam::DMat4;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +32,9 @@ pub struct FilmMetadata {
     /// from the corner of the whole image. `None` if they share none.
     #[serde(default)]
     pub pool: Option<u32>,
+    /// What light paths do in it; `None` where that is not known, or it is not an image of light that is transported.
+    #[serde(default)]
+    pub light_paths: Option<LightPathUse>,
     /// Number of independent renders that the image is the mean of, where there are several; `spp` and `seed` are of the
     /// first. Without `freedom` its variances are those of their scatter.
     #[serde(default)]

@@ -65,7 +65,7 @@ pub use layers::{
     CameraSample, ImageLayer, ImageLayers, ImageMatte, Layer, LayerSample, LayerSet, Manifest,
     MatteId, NO_GROUP, RenderSpace, SurfaceSample,
 };
-pub use light_share::LightShare;
+pub use light_share::{LightPathUse, LightShare};
 pub use metadata::{FilmMetadata, Photograph};
 pub(crate) use pairwise::Pairwise;
 pub use path_set::PathSet;

@@ -1,7 +1,7 @@
 //! Reads images written by [`write()`](super::write()), and other programs' EXR files.
 
 use super::exr::{CHANNELS, INDEPENDENT, VARIANCES};
-use super::{Image, PixelBounds};
+use super::{Image, LightPathUse, PixelBounds};
 use crate::assets::image_data::SizeLimit;
 use crate::assets::openexr::check_sizes;
 use crate::budget::Budget;
@@ -28,6 +28,8 @@ pub struct LoadedImage {
     pub freedom: Option<f64>,
     /// Attribute `variancePool`: see [`FilmMetadata::pool`](super::FilmMetadata::pool).
     pub pool: Option<u32>,
+    /// Attributes `lightPaths` and `joinedPaths`: see [`FilmMetadata::light_paths`](super::FilmMetadata::light_paths).
+    pub light_paths: Option<LightPathUse>,
     /// Attribute `denoised`: what has taken the noise out.
     pub denoised: Option<String>,
     /// The file has `X`, `Y` and `Z`, from which the colors are converted.
@@ -112,6 +114,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
         runs: number(&layer.attributes.other, "runs"),
         freedom: number(&layer.attributes.other, "degreesOfFreedom").map(f64::from),
         pool: number(&layer.attributes.other, "variancePool").filter(|&side| side > 0),
+        light_paths: light_paths(&layer.attributes.other),
         denoised: text(&layer.attributes.other, "denoised"),
         from_xyz: !is_own,
     })
@@ -170,6 +173,17 @@ fn text(attributes: &HashMap<Text, AttributeValue>, name: &str) -> Option<String
         AttributeValue::Text(text) => Some(text.to_string()),
         _ => None,
     }
+}
+
+fn light_paths(attributes: &HashMap<Text, AttributeValue>) -> Option<LightPathUse> {
+    let share = |name: &str| match attributes.get(&Text::from_slice_unchecked(name.as_bytes()))? {
+        AttributeValue::F32(x) if x.is_finite() => Some(*x),
+        _ => None,
+    };
+    Some(LightPathUse {
+        per_sample: share("lightPaths")?,
+        joined: share("joinedPaths")?,
+    })
 }
 
 /// An integer that may be encoded as an integer, a float or a string.

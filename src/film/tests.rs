@@ -43,6 +43,10 @@ fn metadata() -> FilmMetadata {
         confidence: Some(0.95),
         error_bound: Some(0.5),
         runs: None,
+        light_paths: Some(LightPathUse {
+            per_sample: 0.125,
+            joined: 0.03125,
+        }),
         denoised: None,
         manifests: Vec::new(),
         light_layers: Vec::new(),

@@ -302,6 +302,19 @@ impl Integrator {
         }
     }
 
+    /// Returns `true` if the image is of light, and light may be added to it that is traced otherwise.
+    pub fn has_light_pass(&self) -> bool {
+        self.spec.has_light_pass()
+    }
+
+    /// The share of camera paths that are joined to light paths.
+    pub fn joined(&self) -> f32 {
+        match &self.spec {
+            IntegratorSpec::Bdpt(bdpt) => bdpt.connections,
+            _ => 0.0,
+        }
+    }
+
     /// Returns `true` if paths are traced from the lights, too: [`Integrator::light_paths`].
     pub fn traces_light(&self) -> bool {
         self.spec.traces_light()

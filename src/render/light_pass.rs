@@ -9,7 +9,7 @@
 //! traces any light itself or not.
 
 use super::{Progress, RenderJob};
-use crate::film::{LightShare, PixelBounds, SplatBuffer, Splats};
+use crate::film::{LightPathUse, LightShare, PixelBounds, SplatBuffer, Splats};
 use crate::integrators::{LightJob, Splat, Workspace};
 use crate::math::color::luminance;
 use crate::samplers::Sampler;
@@ -31,6 +31,18 @@ impl RenderJob {
             && self.camera.connects()
             && self.filter.is_continuous()
             && self.light_share.0 > 0.0
+    }
+
+    /// What light paths do in the image; `None` of an image that no light is transported to, or where photons bring it.
+    pub fn light_path_use(&self) -> Option<LightPathUse> {
+        self.integrator.has_light_pass().then(|| LightPathUse {
+            per_sample: if self.traces_light() {
+                self.light_share.0
+            } else {
+                0.0
+            },
+            joined: self.integrator.joined(),
+        })
     }
 
     /// The pixels that light paths bring light to.

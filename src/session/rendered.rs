@@ -245,6 +245,7 @@ pub(super) fn metadata(scene: &PreparedScene, name: &str, options: &RenderOption
         seed: options.seed,
         confidence: options.goal().and_then(|goal| goal.confidence),
         scene: name.to_string(),
+        light_paths: scene.job.light_path_use(),
         ..scene.metadata.clone()
     }
 }

@@ -189,6 +189,7 @@ mod tests {
             runs: None,
             freedom: Some(1e9),
             pool: None,
+            light_paths: None,
             denoised: None,
             from_xyz: false,
         };

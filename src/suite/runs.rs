@@ -57,6 +57,8 @@ pub fn merged(runs: Vec<LoadedImage>) -> Result<LoadedImage, MergeError> {
         runs: Some(count),
         freedom: is_known.then_some(freedom * f64::from(n)),
         pool: pool.filter(|_| is_known),
+        light_paths: { first.light_paths }
+            .filter(|_| runs.iter().all(|run| run.light_paths == first.light_paths)),
         denoised: first.denoised.clone(),
         from_xyz: runs.iter().any(|run| run.from_xyz),
         image: Image {
@@ -102,6 +104,7 @@ pub fn metadata(image: &LoadedImage, scene: &str, seed: u64, spp: u32) -> FilmMe
         runs: image.runs.filter(|&runs| runs > 1),
         freedom: image.freedom,
         pool: image.pool,
+        light_paths: image.light_paths,
         seed,
         scene: scene.to_owned(),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),

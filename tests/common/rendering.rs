@@ -94,6 +94,7 @@ impl Render {
             freedom: self.freedom,
             pool: self.pool,
             samples: Some(self.samples),
+            light_paths: None,
         }
     }
 }

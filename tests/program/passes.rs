@@ -133,9 +133,11 @@ fn the_expectation_is_the_references() {
         freedom: reference_runs - 1.0,
         pool: None,
         samples: None,
+        light_paths: None,
     };
     let ours = Estimate {
         samples: None,
+        light_paths: None,
         ..image.estimate()
     };
     let comparison = compare(&ours, &reference, &options);

@@ -105,6 +105,7 @@ pub(crate) fn check(name: &str) {
         freedom: reference_runs - 1.0,
         pool: None,
         samples: None,
+        light_paths: None,
     };
     let picture = render.estimate();
     let comparison =

@@ -194,9 +194,11 @@ fn estimates<'a>(render: &'a Render, reference: &'a Image) -> [Estimate<'a>; 2] 
         freedom: render.freedom,
         pool: None,
         samples: None,
+        light_paths: None,
     };
     let image = Estimate {
         samples: None,
+        light_paths: None,
         ..render.estimate()
     };
     [image, reference]

@@ -182,6 +182,7 @@ impl Case {
                 freedom,
                 pool: None,
                 samples,
+                light_paths: None,
             },
         );
         let comparison =

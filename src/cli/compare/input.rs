@@ -132,6 +132,7 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
             runs: None,
             freedom: None,
             pool: None,
+            light_paths: None,
             denoised: None,
             from_xyz: false,
         },

@@ -81,6 +81,8 @@ fn image(report: &Report, which: Side) -> Value {
         "window": window(input.loaded.image.bounds),
         "spp": input.loaded.spp,
         "runs": input.loaded.runs,
+        "light_paths": input.loaded.light_paths.map(|used| used.per_sample),
+        "joined_paths": input.loaded.light_paths.map(|used| used.joined),
         "variance": estimate.has_variance(),
         "degrees_of_freedom": estimate.has_variance().then_some(estimate.freedom),
         "decoded_from_srgb": input.srgb,

@@ -10,6 +10,7 @@ fn estimate(image: &Image) -> Estimate<'_> {
         freedom: 15.0,
         pool: None,
         samples: Some(64.0),
+        light_paths: None,
     }
 }
 
@@ -65,6 +66,7 @@ fn unknown_variances_are_none() {
         freedom: 0.0,
         pool: None,
         samples: Some(1.0),
+        light_paths: None,
     };
     let comparison = compare(&single(&a), &single(&b), &Options::default()).unwrap();
     assert_eq!(comparison.noise, NoiseSource::SpatialWithoutBoth);
@@ -149,6 +151,7 @@ fn correlated_noise_is_noticed() {
         freedom: 3.0,
         pool: None,
         samples: None,
+        light_paths: None,
     });
     let comparison = compare(&a, &b, &Options::default()).unwrap();
     assert!(!comparison.agrees());

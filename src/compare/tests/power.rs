@@ -116,6 +116,7 @@ fn a_moved_edge_without_variances() {
         freedom: f64::INFINITY,
         pool: None,
         samples: None,
+        light_paths: None,
     });
     let comparison = compare(&a, &b, &Options::default()).unwrap();
     assert!(!comparison.agrees(), "{}", comparison.sentence());
@@ -189,4 +190,83 @@ fn what_is_never_met_is_not_agreed_upon() {
     }
     // The expectation is the same: "differ" would be a false alarm.
     assert_eq!(answers, [0, 0, 10]);
+}
+
+/// Where there are so many light paths for each sample.
+fn using(render: &Render, per_sample: f32) -> Estimate<'_> {
+    Estimate {
+        light_paths: Some(LightPathUse {
+            per_sample,
+            joined: 0.0,
+        }),
+        ..render.estimate()
+    }
+}
+
+/// A ninth of the light comes to A by one sample in 1024, and to B by light paths in equal parts. A's blocks that lack some of it are no alarm; without
+/// knowing of the light paths nearly each pair is one. That A is a quarter too dark is found all the same.
+#[test]
+fn light_that_one_image_has_from_light_paths() {
+    let rare = |scale: f32| {
+        move |pixel: UVec2, random: &mut Random| {
+            let light = if random.uniform() < 1.0 / 1024.0 {
+                128.0
+            } else {
+                0.0
+            };
+            scale * (mild(pixel, random) + light)
+        }
+    };
+    let even = |pixel: UVec2, random: &mut Random| mild(pixel, random) + 0.125;
+    let differ = |a: &Estimate, b: &Estimate| {
+        let comparison = compare(a, b, &Options::default()).unwrap();
+        u32::from(comparison.answer() == Answer::Differ)
+    };
+    let (mut alarms, mut unaware, mut found) = (0, 0, 0);
+    for seed in 0..20 {
+        let a = Render::new(3 * seed, SIDE, 16, 16, rare(1.0));
+        let b = Render::new(3 * seed + 1, SIDE, 256, 16, even);
+        let dark = Render::new(3 * seed + 2, SIDE, 16, 16, rare(0.75));
+        alarms += differ(&using(&a, 0.0), &using(&b, 0.5));
+        unaware += differ(&a.estimate(), &b.estimate());
+        found += differ(&using(&dark, 0.0), &using(&b, 0.5));
+    }
+    assert!(
+        alarms == 0 && unaware >= 10 && found == 20,
+        "{alarms} {unaware} {found}"
+    );
+}
+
+/// What would be found grows with the light that may be missed: a difference of just that much is as many standard errors as the test and its power take.
+#[test]
+fn light_that_may_be_missed_is_part_of_the_promise() {
+    let mut image = Image::black(UVec2::splat(8));
+    image.pixels.fill(Rgb::ONE);
+    // One sample of 16 has all the light of a pixel: a portion of 1/16.
+    image.variance = Some(vec![Rgb::splat(1.0 / 16.0); 64]);
+    let [a, b] = [0.0, 0.5].map(|per_sample| Estimate {
+        image: &image,
+        freedom: f64::INFINITY,
+        pool: None,
+        samples: Some(16.0),
+        light_paths: Some(LightPathUse {
+            per_sample,
+            joined: 0.0,
+        }),
+    });
+    let whole = |a: &Estimate, b: &Estimate| {
+        let found = findable(a, b, &Options::default()).unwrap();
+        found.iter().find(|f| f.side.is_none()).unwrap().relative
+    };
+    let (alike, unlike) = (whole(&a, &a), whole(&a, &b));
+    // (q e)² = d² where e is known, and (q e)² + q² d p = d² where portions p are added, by the same q.
+    let error = (2.0f64 / 16.0 / 64.0).sqrt();
+    let quantiles = alike / error;
+    let expected = quantiles * error.hypot((unlike / 16.0 / 64.0).sqrt());
+    // The tolerance of 1e-5 that both have.
+    assert!(
+        (unlike / expected - 1.0).abs() < 1e-3,
+        "{alike} {unlike} {expected}"
+    );
+    assert!(unlike > 1.05 * alike, "{alike} {unlike}");
 }

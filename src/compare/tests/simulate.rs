@@ -68,6 +68,7 @@ impl Render {
             freedom: f64::from(self.groups - 1),
             pool: None,
             samples: Some(f64::from(self.samples)),
+            light_paths: None,
         }
     }
 
