@@ -277,7 +277,7 @@ fn images_of_rare_light_agree() {
 }
 
 /// Light paths help `path` where there are enough samples, and what they know well the fewer samples of the other image may have missed in
-/// whole blocks. Until that was told to the file these were said to differ. In one square of the last scene two halves were alike by chance, and what the others have is a part of its
+/// whole blocks. Until files said so these were said to differ. In one square of the last scene two halves were alike by chance, and what its neighbors have is a part of its
 /// variance.
 #[test]
 fn images_of_other_light_paths_and_samples_agree() {
@@ -304,6 +304,11 @@ fn images_of_other_light_paths_and_samples_agree() {
         assert_eq!(paths("a") != paths("b"), is_helped, "{name}: {value:#}");
         let notes = value["notes"].to_string();
         assert_eq!(notes.contains("no light paths"), is_helped, "{notes}");
+        // That the whole image is black would have been found all the same.
+        let sizes = value["findable"].as_array().expect("sizes");
+        let whole = sizes.iter().find(|size| size["side"].is_null());
+        let least = whole.expect("the whole")["relative_difference"].as_f64();
+        assert!(least.expect("a number") < 1.0, "{name}: {value:#}");
     }
 }
 

@@ -213,7 +213,7 @@ impl Done {
 fn built(root: &Path, place: &Path, bugs: &[Bug]) -> PathBuf {
     let copy = place.join("source");
     let mut files = vec!["Cargo.toml".into(), "Cargo.lock".into()];
-    for folder in ["src", "benches"] {
+    for folder in ["src", "benches", "examples"] {
         below(root, Path::new(folder), &mut files);
     }
     let mut stale = Vec::new();

@@ -138,6 +138,16 @@ impl Lobe<'_> {
         }
     }
 
+    /// Returns `false` if [`Lobe::pdf`] is known to be 0, as the lobe does not scatter to that side of the shading plane.
+    #[inline]
+    pub(super) fn may_sample(&self, wo: Vec3, wi: Vec3) -> bool {
+        match self {
+            Lobe::MicrofacetReflection(_) => wo.z * wi.z > 0.0,
+            Lobe::MicrofacetTransmission(_) => wo.z * wi.z < 0.0,
+            _ => true,
+        }
+    }
+
     /// Value, in 1/sr; black for a specular lobe.
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
         match self {
@@ -188,6 +198,7 @@ impl Lobe<'_> {
         match self {
             Lobe::LambertianReflection(l) => l.f_and_pdf(wo.z, wi.z),
             Lobe::MicrofacetReflection(l) => l.f_and_pdf(wo, wi),
+            Lobe::MicrofacetTransmission(l) => l.f_and_pdf(wo, wi),
             _ => (self.f(wo, wi), self.pdf(wo, wi)),
         }
     }

@@ -6,7 +6,7 @@
 //! docs/notes/performance.md, "Choosing a lobe".
 
 use super::MAX_LOBES;
-use super::fresnel::dielectric;
+use super::fresnel::{Fresnel, dielectric};
 use super::lobe::Lobe;
 use crate::math::sampling::BELOW_ONE;
 use crate::math::{Rgb, Vec2, Vec3};
@@ -92,8 +92,9 @@ pub(super) fn chances_of_two(first: Rgb, second: Rgb) -> [f32; 2] {
 #[inline(never)]
 fn by_strength(chances: &mut [f32; MAX_LOBES], lobes: &[Lobe], wo: Vec3) {
     let mut total = 0.0;
+    let mut boundary = Reflectance::toward(wo);
     for (chance, lobe) in chances.iter_mut().zip(lobes) {
-        *chance = brightness(lobe.strength(wo));
+        *chance = brightness(lobe.strength(wo, &mut boundary));
         total += *chance;
     }
     for strength in chances.iter_mut().take(lobes.len()) {
@@ -118,24 +119,61 @@ fn brightness(color: Rgb) -> f32 {
     if sum > 0.0 { sum } else { 0.0 }
 }
 
+/// Fresnel reflectance of dielectrics toward one direction: the two lobes of a boundary share it.
+struct Reflectance {
+    /// Signed cosine to the normal.
+    cosine: f32,
+    /// The indices that were asked for last, and the reflectance.
+    known: Option<([f32; 2], f32)>,
+}
+
+impl Reflectance {
+    fn toward(wo: Vec3) -> Reflectance {
+        Reflectance {
+            cosine: wo.z,
+            known: None,
+        }
+    }
+
+    /// With these indices on the normal's side and on the other.
+    fn of(&mut self, eta_i: f32, eta_t: f32) -> f32 {
+        let indices = [eta_i, eta_t];
+        match self.known {
+            Some((known, reflectance)) if known == indices => reflectance,
+            _ => {
+                let reflectance = dielectric(self.cosine, eta_i, eta_t);
+                self.known = Some((indices, reflectance));
+                reflectance
+            }
+        }
+    }
+
+    fn of_facets(&mut self, fresnel: &Fresnel) -> Rgb {
+        match *fresnel {
+            Fresnel::Dielectric { eta_i, eta_t } => Rgb::splat(self.of(eta_i, eta_t)),
+            _ => fresnel.evaluate(self.cosine),
+        }
+    }
+}
+
 impl Lobe<'_> {
     /// About how much of the light from all directions the lobe scatters toward `wo`, of each color.
-    fn strength(&self, wo: Vec3) -> Rgb {
+    fn strength(&self, wo: Vec3, boundary: &mut Reflectance) -> Rgb {
         match self {
             Lobe::LambertianReflection(l) => l.reflectance,
             Lobe::LambertianTransmission(l) => l.transmittance,
             Lobe::OrenNayar(l) => l.reflectance,
-            Lobe::SpecularReflection(l) => l.reflectance * l.fresnel.evaluate(wo.z),
+            Lobe::SpecularReflection(l) => l.reflectance * boundary.of_facets(&l.fresnel),
             Lobe::SpecularTransmission(l) => {
-                l.transmittance * (1.0 - dielectric(wo.z, l.eta_a, l.eta_b))
+                l.transmittance * (1.0 - boundary.of(l.eta_a, l.eta_b))
             }
             Lobe::FresnelSpecular(l) => {
-                let reflected = dielectric(wo.z, l.eta_a, l.eta_b);
+                let reflected = boundary.of(l.eta_a, l.eta_b);
                 l.reflectance * reflected + l.transmittance * (1.0 - reflected)
             }
-            Lobe::MicrofacetReflection(l) => l.reflectance * l.fresnel.evaluate(wo.z),
+            Lobe::MicrofacetReflection(l) => l.reflectance * boundary.of_facets(&l.fresnel),
             Lobe::MicrofacetTransmission(l) => {
-                l.transmittance * (1.0 - dielectric(wo.z, l.eta_a, l.eta_b))
+                l.transmittance * (1.0 - boundary.of(l.eta_a, l.eta_b))
             }
             Lobe::MirroredReflection(l) => l.0.reflectance * l.0.fresnel.evaluate(wo.z.abs()),
             Lobe::FresnelBlend(l) => l.scale * (l.diffuse + l.specular),
@@ -152,7 +190,6 @@ impl Lobe<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bsdf::fresnel::Fresnel;
     use crate::bsdf::lambertian::{LambertianReflection, LambertianTransmission};
     use crate::bsdf::specular::SpecularReflection;
 

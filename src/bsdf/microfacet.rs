@@ -134,8 +134,19 @@ impl MicrofacetTransmission {
 
     /// The BTDF for radiance, in 1/sr (equation 8.20).
     pub fn f(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        self.f_and_pdf(wo, wi).0
+    }
+
+    /// Density of [`MicrofacetTransmission::sample`].
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.f_and_pdf(wo, wi).1
+    }
+
+    /// Value and density together, which share the facet and its density. Where one is not used it is not computed.
+    #[inline(always)]
+    pub fn f_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let Some(h) = self.facet(wo, wi) else {
-            return Rgb::ZERO;
+            return (Rgb::ZERO, 0.0);
         };
         let eta = self.eta(wo);
         let (o, i) = (wo.dot(h), wi.dot(h));
@@ -144,17 +155,9 @@ impl MicrofacetTransmission {
         // η² of the half-vector's Jacobian and 1/η² of the radiance scaling cancel.
         let shape = self.distribution.d(h) * self.distribution.g(wo, wi) * o * i
             / (wo.z * wi.z * denominator * denominator);
-        self.transmittance * (share * shape.abs())
-    }
-
-    /// Density of [`MicrofacetTransmission::sample`].
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let Some(h) = self.facet(wo, wi) else {
-            return 0.0;
-        };
-        let eta = self.eta(wo);
-        let denominator = wo.dot(h) + eta * wi.dot(h);
-        self.distribution.pdf(wo, h) * (eta * eta * wi.dot(h) / (denominator * denominator)).abs()
+        let pdf =
+            self.distribution.pdf(wo, h) * (eta * eta * i / (denominator * denominator)).abs();
+        (self.transmittance * (share * shape.abs()), pdf)
     }
 
     /// Refracts through a facet sampled from the visible ones; `None` for total internal reflection.
@@ -165,7 +168,7 @@ impl MicrofacetTransmission {
         }
         let eta = self.eta(wo);
         let wi = refract(wo, h, eta)?;
-        let sample = LobeSample::evaluated(wi, self.pdf(wo, wi), || self.f(wo, wi))?;
-        Some(sample.transmitted(eta))
+        let (f, pdf) = self.f_and_pdf(wo, wi);
+        (pdf > 0.0).then(|| LobeSample::reflected(wi, f, pdf).transmitted(eta))
     }
 }

@@ -298,8 +298,12 @@ impl<'a> Bsdf<'a> {
     ) -> (Rgb, f32) {
         let (mut f, mut pdf) = (Rgb::ZERO, 0.0);
         for (i, lobe) in self.lobes.iter().enumerate().filter(|(i, _)| *i != but) {
+            let counts = lobe.scatters(transmit);
+            if !counts && !lobe.may_sample(wo, wi) {
+                continue;
+            }
             let of_lobe = lobe.f_and_pdf(wo, wi);
-            if lobe.scatters(transmit) {
+            if counts {
                 f += of_lobe.0;
             }
             pdf += choice.of(i) * of_lobe.1;

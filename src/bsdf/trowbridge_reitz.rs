@@ -75,12 +75,14 @@ impl TrowbridgeReitz {
     }
 
     /// Smith masking G1: the fraction of facets visible from `w`.
+    #[inline(always)]
     pub fn g1(&self, w: Vec3) -> f32 {
         1.0 / (1.0 + self.lambda(w))
     }
 
     /// Smith masking-shadowing G: the fraction of facets visible from both directions, height-correlated (§8.4.3) or
     /// uncorrelated.
+    #[inline(always)]
     pub fn g(&self, wo: Vec3, wi: Vec3) -> f32 {
         if self.separable {
             return self.g1(wo) * self.g1(wi);
@@ -150,6 +152,7 @@ impl TrowbridgeReitz {
     }
 
     /// Density of [`TrowbridgeReitz::sample`] per solid angle of facet normals.
+    #[inline(always)]
     pub fn pdf(&self, wo: Vec3, h: Vec3) -> f32 {
         self.d(h) * self.g1(wo) * wo.dot(h).abs() / wo.z.abs()
     }

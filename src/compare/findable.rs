@@ -6,6 +6,7 @@
 
 use super::student::two_sided_t;
 use super::verdict::{BlockTest, Candidate};
+use super::welch::freedom_with;
 use crate::film::PixelBounds;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -36,7 +37,7 @@ pub struct Findable {
     /// The effective sample size, of both images together: (light / standard error of the difference)², with the light that `relative` is
     /// relative to. Of images whose samples find equal light or none it is 1 / (1/a + 1/b), where a and b samples find it; below the
     /// smaller of a and b if the larger [variance per sample](super::Options) counts for both. Of one image it would be Kish's
-    /// (Σx)² / Σx² (L. Kish, "Survey Sampling" 1965, §8.2). Infinite without noise.
+    /// (Σx)² / Σx² (L. Kish, "Survey Sampling" 1965, §8.2). With the noise of light that may have been missed. Infinite without noise.
     pub effective_samples: f64,
 }
 
@@ -61,9 +62,8 @@ impl Findable {
         for (bounds, candidates) in asked {
             for (channel, candidate) in candidates.iter().enumerate() {
                 let light = candidate.means[1].abs().max(FLOOR * mean.abs());
-                let least = match candidate.floor < alpha {
-                    _ if candidate.error == 0.0 && candidate.portion == 0.0 => candidate.tolerated,
-                    true => smallest(candidate, quantiles.at(candidate.freedom)),
+                let least = match candidate.floor < alpha || candidate.error == 0.0 {
+                    true => candidate.smallest(&mut quantiles),
                     false => f64::INFINITY,
                 };
                 let relative = if least == 0.0 { 0.0 } else { least / light };
@@ -73,7 +73,7 @@ impl Findable {
                         bounds,
                         channel,
                         relative,
-                        effective_samples: match candidate.error {
+                        effective_samples: match candidate.error_with(least) {
                             0.0 => f64::INFINITY,
                             error => (light / error).powi(2),
                         },
@@ -85,13 +85,40 @@ impl Findable {
     }
 }
 
-/// The difference of so many standard errors, some of whose variance is the candidate's portion for each unit of the difference
-/// itself.
-fn smallest(candidate: &Candidate, errors: f64) -> f64 {
-    let square = errors * errors;
-    let (tolerated, half) = (candidate.tolerated, 0.5 * square * candidate.portion);
-    let own = square * (candidate.error * candidate.error + candidate.portion * tolerated);
-    tolerated + half + (half * half + own).sqrt()
+impl Candidate {
+    /// The smallest difference that is as many standard errors as it takes.
+    fn smallest(&self, quantiles: &mut Quantiles) -> f64 {
+        let own = match self.error {
+            0.0 => self.tolerated,
+            error => quantiles.at(self.freedom) * error + self.tolerated,
+        };
+        match self.missed {
+            Some(missed) if missed.portion > 0.0 && own.is_finite() => {
+                // Known as well as light that may be missed is, or better.
+                let lacking = self.smallest_with(missed.portion, quantiles.at(f64::INFINITY));
+                let variance = (self.error * self.error, self.freedom);
+                let freedom = freedom_with(variance, missed.portion * lacking);
+                own.max(self.smallest_with(missed.portion, quantiles.at(freedom)))
+            }
+            _ => own,
+        }
+    }
+
+    /// The smallest difference that is so many standard errors, where its variance grows by `portion` for each unit of it.
+    fn smallest_with(&self, portion: f64, errors: f64) -> f64 {
+        let square = errors * errors;
+        let half = 0.5 * square * portion;
+        let own = square * (self.error * self.error + portion * self.tolerated);
+        self.tolerated + half + (half * half + own).sqrt()
+    }
+
+    /// Standard error of the difference if so much light is missed.
+    fn error_with(&self, missed: f64) -> f64 {
+        match self.missed {
+            Some(light) if light.portion > 0.0 => self.error.hypot((light.portion * missed).sqrt()),
+            _ => self.error,
+        }
+    }
 }
 
 /// Sums of both quantiles, for degrees of freedom that are rounded down to a sixteenth of an octave.

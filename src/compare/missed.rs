@@ -9,6 +9,10 @@ use super::Estimate;
 use crate::film::LightPathUse;
 use crate::math::DVec3;
 
+/// Light paths have changed a pixel's noise where the variance per sample of one image is more than this times that of the other: more than
+/// variances that are known from 16 samples scatter by.
+const MIN_CHANGE: f64 = 4.0;
+
 /// The largest portions of light of both images.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Missed {
@@ -19,36 +23,84 @@ pub(super) struct Missed {
 }
 
 impl Missed {
-    /// `None` of images in which light paths do the same, or that do not say.
+    /// `None` of images in which light paths do the same, or that do not say, or that do not know their number of samples.
     pub(super) fn of(a: &Estimate, b: &Estimate) -> Option<Missed> {
         let (of_a, of_b) = a.light_paths.zip(b.light_paths)?;
-        (of_a != of_b).then(|| Missed {
+        let samples = a.samples.zip(b.samples).filter(|_| of_a != of_b)?;
+        Some(Missed {
             light_paths: [of_a, of_b],
-            portions: [a, b].map(largest_portion),
+            portions: [
+                largest_portion(a, b, samples.1 / samples.0),
+                largest_portion(b, a, samples.0 / samples.1),
+            ],
         })
     }
 
     /// The variance of the mean over so many pixels of the image that is darker, for each unit of light that it lacks.
-    pub(super) fn portion(&self, means: [f64; 2], channel: usize, pixels: usize) -> f64 {
+    pub(super) fn of_darker(&self, means: [f64; 2], channel: usize, pixels: usize) -> f64 {
         let darker = if means[0] < means[1] { 0 } else { 1 };
-        self.portions[darker][channel] / pixels.max(1) as f64
+        self.portions[darker][channel] / pixels as f64
+    }
+
+    /// The same of the image of which it is more.
+    pub(super) fn of_either(&self, channel: usize, pixels: usize) -> f64 {
+        self.portions[0].max(self.portions[1])[channel] / pixels as f64
     }
 }
 
-/// The largest index of dispersion (variance over mean; Fano factor) of all pixels: u/n if one of n samples has brought u, and all of the
-/// light. Of a light that all samples see it is near 0, and at its edge it is no more than the light itself: then a
-/// pixel has its light from one sample at least.
-fn largest_portion(estimate: &Estimate) -> DVec3 {
-    let image = estimate.image;
-    let variances = image.independent.as_ref().or(image.variance.as_ref());
-    let pixels = { image.pixels.iter() }.zip(variances.into_iter().flatten());
-    let portions = pixels.map(|(mean, variance)| {
-        let (mean, variance) = (mean.as_dvec3(), variance.as_dvec3());
-        DVec3::select(
-            mean.cmpgt(DVec3::ZERO),
-            (variance / mean).min(mean),
-            DVec3::ZERO,
-        )
+/// The largest standard error of a pixel whose noise the other image, which has `more` times the samples, does not have: u/n if
+/// one of n samples has brought u, whatever else is there. No more than the mean, as at least one sample has brought that: a variance that
+/// is partly its neighbors' may be larger.
+fn largest_portion(image: &Estimate, other: &Estimate, more: f64) -> DVec3 {
+    let [own, others] = [image, other].map(|estimate| {
+        let image = estimate.image;
+        let variances = image.independent.as_ref().or(image.variance.as_ref());
+        variances.into_iter().flatten()
+    });
+    let pixels = image.image.pixels.iter().zip(own.zip(others));
+    let portions = pixels.map(|(mean, (own, other))| {
+        let (mean, own, other) = (mean.as_dvec3(), own.as_dvec3(), other.as_dvec3());
+        let is_changed = own.cmpgt(MIN_CHANGE * more * other) & own.cmplt(DVec3::INFINITY);
+        let portion = own.map(f64::sqrt).min(mean).max(DVec3::ZERO);
+        DVec3::select(is_changed, portion, DVec3::ZERO)
     });
     portions.fold(DVec3::ZERO, DVec3::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Image;
+    use crate::math::{Rgb, UVec2};
+
+    /// A spike of one sample on a lit floor counts with its own light. The edge of a lamp, as noisy by the sample in both images, does not; nor do
+    /// variances that are not known.
+    #[test]
+    fn portions_are_those_that_light_paths_have_changed() {
+        let image = |variances: [f32; 4]| {
+            let mut image = Image::black(UVec2::new(4, 1));
+            image.pixels = [1.5, 50.0, 1.0, 1.0].map(Rgb::splat).to_vec();
+            image.variance = Some(variances.map(Rgb::splat).to_vec());
+            image
+        };
+        let few = image([0.25, 400.0, f32::INFINITY, 0.01]);
+        let many = image([1e-4, 25.0, 1e-4, 1e-4]);
+        let using = |image, samples, per_sample| Estimate {
+            image,
+            freedom: 15.0,
+            pool: None,
+            samples: Some(samples),
+            light_paths: Some(LightPathUse {
+                per_sample,
+                joined: 0.0,
+            }),
+        };
+        let (a, b) = (using(&few, 16.0, 0.0), using(&many, 256.0, 0.5));
+        let missed = Missed::of(&a, &b).expect("other light paths");
+        // The root of 0.25, over four pixels.
+        assert_eq!(missed.of_darker([0.1, 0.2], 1, 4), 0.125);
+        assert_eq!(missed.of_darker([0.2, 0.1], 1, 4), 0.0);
+        assert_eq!(missed.of_either(1, 4), 0.125);
+        assert!(Missed::of(&a, &using(&many, 256.0, 0.0)).is_none());
+    }
 }

@@ -208,7 +208,9 @@ pub fn block_t(
     side: u32,
 ) -> Result<Image, CompareError> {
     let side = Some(side.max(1));
-    of_pair(a, b, options, |pair, _| pair.map(side, Rgb::ZERO, |c| c.t))
+    of_pair(a, b, options, |pair, _| {
+        pair.map(side, Rgb::ZERO, Candidate::t)
+    })
 }
 
 /// What `ask` says of both images without their non-finite values, if they can be compared.
@@ -387,15 +389,11 @@ impl<'a> Pair<'a> {
         let side = side.or_else(smallest);
         let Some(side) = side else { return image };
         let blocks: Vec<PixelBounds> = bounds.tiles(side).collect();
-        let values = blocks.par_iter().map(|&block| {
-            let candidates = if self.noise.is_spatial() {
-                MeanScatter(self.scatter()).ask(block)
-            } else {
-                self.welch(self.options.common_variance).ask(block)
-            };
-            Rgb::from(candidates.map(|candidate| say(&candidate) as f32))
-        });
-        for (block, value) in blocks.iter().zip(values.collect::<Vec<_>>()) {
+        let values = match self.noise.is_spatial() {
+            true => values(&MeanScatter(self.scatter()), &blocks, say),
+            false => values(&self.welch(self.options.common_variance), &blocks, say),
+        };
+        for (block, value) in blocks.iter().zip(values) {
             for index in block.pixels().filter_map(|pixel| bounds.index(pixel)) {
                 if let Some(pixel) = image.pixels.get_mut(index) {
                     *pixel = value;
@@ -404,4 +402,13 @@ impl<'a> Pair<'a> {
         }
         image
     }
+}
+
+/// What a test says of each block, by channel.
+fn values(test: &impl BlockTest, blocks: &[PixelBounds], say: fn(&Candidate) -> f64) -> Vec<Rgb> {
+    let values = blocks.par_iter().map(|&block| {
+        let candidates = test.ask(block);
+        Rgb::from(candidates.map(|candidate| say(&candidate) as f32))
+    });
+    values.collect()
 }

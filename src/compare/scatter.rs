@@ -191,7 +191,7 @@ fn candidate(
         } else {
             f64::INFINITY
         },
-        portion: 0.0,
+        missed: None,
         tolerated,
         floor: min_p(signs),
     }

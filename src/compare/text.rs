@@ -169,7 +169,7 @@ fn caution_of_light_paths([a, b]: [LightPathUse; 2]) -> String {
     format!(
         "Paths from the lights bring other parts of the light in A ({}) than in B ({}): what comes by few samples of one image it may \
          have missed where the other knows it well. So a darker block is taken to lack samples as bright as the brightest \
-         that its image has found. Renders with the same number of samples are compared without that.",
+         that its image has found. Renders with the same settings use light paths alike, and are compared without that.",
         used(a),
         used(b)
     )
@@ -183,7 +183,9 @@ fn used(light_paths: LightPathUse) -> String {
         share => format!(", {share} of the camera paths joined to one"),
     };
     match per_sample {
-        0.0 => format!("no light paths{joined}"),
+        0.0 if joined.is_empty() => "no light paths".to_string(),
+        0.0 => format!("no light paths to the lens{joined}"),
+        1.0 => format!("1 light path for each sample{joined}"),
         count => format!("{count} light paths for each sample{joined}"),
     }
 }

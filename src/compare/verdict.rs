@@ -93,22 +93,39 @@ pub(super) struct Candidate {
     pub freedom: f64,
     /// Standard error of the difference.
     pub error: f64,
-    /// The variance of the difference for each unit of light that one of the images may have missed.
-    pub portion: f64,
+    /// Light that one of the images may have missed.
+    pub missed: Option<MayLack>,
     /// Differences up to this are ignored.
     pub tolerated: f64,
     /// Lower bound on the p-value of any test of this block.
     pub floor: f64,
 }
 
+/// A test with the noise of light that one of the images may have missed, which has to be significant, too.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MayLack {
+    /// The most that the variance of the difference may grow by for each unit of light that one of the images has missed.
+    pub portion: f64,
+    pub t: f64,
+    pub freedom: f64,
+}
+
 impl Candidate {
     pub(super) fn p(&self) -> f64 {
-        two_sided_p(self.t, self.freedom).max(self.floor)
+        let with = self.missed.map(|m| two_sided_p(m.t, m.freedom));
+        two_sided_p(self.t, self.freedom)
+            .max(with.unwrap_or(0.0))
+            .max(self.floor)
+    }
+
+    /// The statistic, with all noise that there may be.
+    pub(super) fn t(&self) -> f64 {
+        self.missed.map_or(self.t, |missed| missed.t)
     }
 
     /// A lower bound: Student's tails are heavier than the normal distribution's.
     fn min_p(&self) -> f64 {
-        erfc(self.t.abs() * std::f64::consts::FRAC_1_SQRT_2).max(self.floor)
+        erfc(self.t().abs() * std::f64::consts::FRAC_1_SQRT_2).max(self.floor)
     }
 }
 
@@ -146,8 +163,8 @@ impl Gathered {
             channel,
             a: candidate.means[0],
             b: candidate.means[1],
-            t: candidate.t,
-            freedom: candidate.freedom,
+            t: candidate.t(),
+            freedom: candidate.missed.map_or(candidate.freedom, |m| m.freedom),
             p,
         };
         self.offer(finding);

@@ -2,7 +2,7 @@
 
 use super::Estimate;
 use super::missed::Missed;
-use super::verdict::{BlockTest, Candidate, Statistic};
+use super::verdict::{BlockTest, Candidate, MayLack, Statistic};
 use crate::film::PixelBounds;
 use crate::math::Rgb;
 use glam::DVec3;
@@ -37,27 +37,35 @@ impl BlockTest for WelchTest<'_> {
                 None => welch_error(x, y),
             };
             let means = [x.mean, y.mean];
-            let portion =
-                { self.missed }.map_or(0.0, |missed| missed.portion(means, channel, bounds.area()));
-            let lacking = portion * (x.mean - y.mean).abs();
-            let freedom = pooled_freedom([(error * error, freedom), (lacking, f64::INFINITY)]);
-            let excess = (x.mean - y.mean).abs() - tolerated;
-            let t = if excess <= 0.0 {
-                0.0
-            } else {
-                (excess / error.hypot(lacking.sqrt())).copysign(x.mean - y.mean)
+            let difference = x.mean - y.mean;
+            let t = |error: f64| match difference.abs() - tolerated {
+                excess if excess > 0.0 => (excess / error).copysign(difference),
+                _ => 0.0,
             };
+            let missed = self.missed.map(|missed| {
+                let lacking = missed.of_darker(means, channel, bounds.area()) * difference.abs();
+                MayLack {
+                    portion: missed.of_either(channel, bounds.area()),
+                    t: t(error.hypot(lacking.sqrt())),
+                    freedom: freedom_with((error * error, freedom), lacking),
+                }
+            });
             Candidate {
                 means,
-                t,
+                t: t(error),
                 freedom,
                 error,
-                portion,
+                missed,
                 tolerated,
                 floor: 0.0,
             }
         })
     }
+}
+
+/// Degrees of freedom of a variance, by its own and with one that is known.
+pub(super) fn freedom_with(own: (f64, f64), known: f64) -> f64 {
+    pooled_freedom([own, (known, f64::INFINITY)])
 }
 
 /// For degrees of freedom a factor counts as at least this: where one pixel has nearly all of a square's variance, chance may make the
@@ -84,7 +92,7 @@ impl<'a> Known<'a> {
         let variances = bounds.pixels().zip(pooled.into_iter().flatten());
         for (i, (pixel, variance)) in variances.enumerate() {
             let own = independent.get(i).copied().unwrap_or_default();
-            // What a pixel has to which nothing has come is a part of its neighbors'.
+            // A black pixel's variance is a part of its neighbors'.
             let mean = estimate.image.pixels.get(i).copied().unwrap_or_default();
             let own = Rgb::select(mean.cmpne(Rgb::ZERO), own, Rgb::ZERO);
             let variance = variance.max(MIN_FACTOR * own).as_dvec3();

@@ -13,11 +13,11 @@ impl LightShare {
     }
 }
 
-/// How much of an image's light paths from the lights bring. Two images for which that differs have other noise, and what one of them
+/// How many paths are traced from the lights, and how many camera paths are joined to one. Two images for which that differs have other noise, and what one of them
 /// knows well the other may have missed in all its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LightPathUse {
-    /// Light paths for each camera sample that are joined to the lens; 0 where camera paths find all light.
+    /// Light paths for each camera sample that are joined to the lens, as planned; 0 if none are.
     pub per_sample: f32,
     /// The share of camera paths that are joined to a light path.
     pub joined: f32,

@@ -49,7 +49,7 @@ impl Developed {
     }
 }
 
-/// Where n pixels have the naive variance of those whose halves differ, the factor is at least this times 1 − n/[`ENOUGH`]: 0.0075 for a single one. A pixel of which two samples of 64
+/// Where the naive variance of pixels whose halves differ is that of n (Kish's effective number), the factor is at least this times 1 − n/[`ENOUGH`]: 0.0075 for a single one. A pixel of which two samples of 64
 /// meet something else, one of each half, seemed to have no noise at all. With ten times this 98.4 % of the 95 % intervals of 8 × 8 pixels hold in `lamps` of
 /// `examples/sampler_curves`, where pixels at the edges of lamps have factors as small as this, and with none 90 % of those of 4 × 4.
 const MIN_FACTOR: f64 = 0.01;

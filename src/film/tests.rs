@@ -112,6 +112,7 @@ fn exr_comes_back_bit_for_bit() {
     let loaded = read(&path).unwrap();
     assert_eq!(loaded.image, image);
     assert_eq!((loaded.spp, loaded.runs), (Some(100), None));
+    assert_eq!(loaded.light_paths, metadata().light_paths);
 
     let plain = Image {
         variance: None,

@@ -20,5 +20,7 @@ fn every_bug_has_its_place() {
             .next()
             .unwrap_or_default();
         assert_eq!(code.matches(expression).count(), 1, "{file}: {expression}");
+        // A statement is not an expression, and cannot be put into a `match`.
+        assert!(!expression.contains(';'), "{file}: {expression}");
     }
 }

@@ -203,7 +203,7 @@ fn using(render: &Render, per_sample: f32) -> Estimate<'_> {
     }
 }
 
-/// A ninth of the light comes to A by one sample in 1024, and to B by light paths in equal parts. A's blocks that lack some of it are no alarm; without
+/// An eighth of the light comes to A by one sample in 1024, and to B by light paths in equal parts. A's blocks that lack some of it are no alarm; without
 /// knowing of the light paths nearly each pair is one. That A is a quarter too dark is found all the same.
 #[test]
 fn light_that_one_image_has_from_light_paths() {
@@ -237,15 +237,20 @@ fn light_that_one_image_has_from_light_paths() {
     );
 }
 
-/// What would be found grows with the light that may be missed: a difference of just that much is as many standard errors as the test and its power take.
+/// What would be found grows with the light that may be missed: a difference of just that much is as many standard errors as the test and its power take,
+/// whichever image is first.
 #[test]
 fn light_that_may_be_missed_is_part_of_the_promise() {
-    let mut image = Image::black(UVec2::splat(8));
-    image.pixels.fill(Rgb::ONE);
-    // One sample of 16 has all the light of a pixel: a portion of 1/16.
-    image.variance = Some(vec![Rgb::splat(1.0 / 16.0); 64]);
-    let [a, b] = [0.0, 0.5].map(|per_sample| Estimate {
-        image: &image,
+    let image = |variance: f32| {
+        let mut image = Image::black(UVec2::splat(8));
+        image.pixels.fill(Rgb::ONE);
+        image.variance = Some(vec![Rgb::splat(variance); 64]);
+        image
+    };
+    // Portions of a quarter, and light that light paths know well.
+    let (rare, known) = (image(1.0 / 16.0), image(1e-4));
+    let using = |image, per_sample| Estimate {
+        image,
         freedom: f64::INFINITY,
         pool: None,
         samples: Some(16.0),
@@ -253,20 +258,28 @@ fn light_that_may_be_missed_is_part_of_the_promise() {
             per_sample,
             joined: 0.0,
         }),
-    });
-    let whole = |a: &Estimate, b: &Estimate| {
-        let found = findable(a, b, &Options::default()).unwrap();
-        found.iter().find(|f| f.side.is_none()).unwrap().relative
     };
-    let (alike, unlike) = (whole(&a, &a), whole(&a, &b));
+    let whole = |a: Estimate, b: Estimate| {
+        let found = findable(&a, &b, &Options::default()).unwrap();
+        *found.iter().find(|f| f.side.is_none()).unwrap()
+    };
+    let alike = whole(using(&rare, 0.5), using(&known, 0.5));
+    let unlike = whole(using(&rare, 0.0), using(&known, 0.5));
+    assert_eq!(unlike, whole(using(&known, 0.5), using(&rare, 0.0)));
     // (q e)² = d² where e is known, and (q e)² + q² d p = d² where portions p are added, by the same q.
     let error = (2.0f64 / 16.0 / 64.0).sqrt();
-    let quantiles = alike / error;
-    let expected = quantiles * error.hypot((unlike / 16.0 / 64.0).sqrt());
+    let quantiles = alike.relative / error;
+    let with_portion = error.hypot((0.25 * unlike.relative / 64.0).sqrt());
     // The tolerance of 1e-5 that both have.
     assert!(
-        (unlike / expected - 1.0).abs() < 1e-3,
-        "{alike} {unlike} {expected}"
+        (unlike.relative / (quantiles * with_portion) - 1.0).abs() < 1e-3,
+        "{alike:?} {unlike:?}"
     );
-    assert!(unlike > 1.05 * alike, "{alike} {unlike}");
+    assert!(
+        unlike.relative > 1.2 * alike.relative,
+        "{alike:?} {unlike:?}"
+    );
+    // Of one unit of light.
+    let effective = with_portion.powi(-2);
+    assert!((unlike.effective_samples / effective - 1.0).abs() < 1e-12);
 }
