@@ -123,7 +123,7 @@ fn brightness(color: Rgb) -> f32 {
 struct Reflectance {
     /// Signed cosine to the normal.
     cosine: f32,
-    /// The indices that were asked for last, and the reflectance.
+    /// The indices of the last evaluation, and the reflectance.
     known: Option<([f32; 2], f32)>,
 }
 

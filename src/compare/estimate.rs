@@ -16,7 +16,7 @@ pub struct Estimate<'a> {
     /// Samples per pixel in total, if known. If both images know theirs, they are compared with a common variance per
     /// sample (see [`Options`](super::Options) for the reason).
     pub samples: Option<f64>,
-    /// What light paths do in it, if known. Where two images differ in that, one of them may lack light that the other knows well.
+    /// How light paths are used, if known. Where two images differ in that, one of them may lack light that the other knows well.
     pub light_paths: Option<LightPathUse>,
 }
 

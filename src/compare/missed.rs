@@ -9,14 +9,14 @@ use super::Estimate;
 use crate::film::LightPathUse;
 use crate::math::DVec3;
 
-/// Light paths have changed a pixel's noise where the variance per sample of one image is more than this times that of the other: more than
-/// variances that are known from 16 samples scatter by.
+/// Light paths have changed a pixel's noise where the variance per sample of one image is more than this times that of the other. The
+/// variance of 16 normal samples is 2.5 times too large once in a thousand (chi-squared, 15 degrees of freedom).
 const MIN_CHANGE: f64 = 4.0;
 
 /// The largest portions of light of both images.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Missed {
-    /// What light paths do in each.
+    /// How each uses light paths.
     pub light_paths: [LightPathUse; 2],
     /// The variance of a pixel's mean for each unit of light that it lacks, by channel.
     portions: [DVec3; 2],
@@ -42,7 +42,7 @@ impl Missed {
         self.portions[darker][channel] / pixels as f64
     }
 
-    /// The same of the image of which it is more.
+    /// The same, the larger of both images', whichever is darker.
     pub(super) fn of_either(&self, channel: usize, pixels: usize) -> f64 {
         self.portions[0].max(self.portions[1])[channel] / pixels as f64
     }

@@ -68,7 +68,7 @@ pub struct Comparison {
     pub verdict: Verdict,
     /// The noise estimate they used.
     pub noise: NoiseSource,
-    /// What light paths do in both images, where that differs: then one of them may lack light that the other knows well, and a
+    /// How both images use light paths, where that differs: then one of them may lack light that the other knows well, and a
     /// darker block has more noise than its variance.
     pub light_paths: Option<[LightPathUse; 2]>,
     /// What would have been found: for each block size but single pixels, and for the whole image. Empty without noise.

@@ -59,7 +59,8 @@ pub struct Finding {
     pub t: f64,
     /// Degrees of freedom of that standard error.
     pub freedom: f64,
-    /// Probability of so large a |t| if the expectations are equal.
+    /// Probability of so large a |t| if the expectations are equal. With light that one image may have missed it is the larger of two: with that
+    /// noise, of which `t` and `freedom` are, and without.
     pub p: f64,
 }
 

@@ -32,7 +32,7 @@ pub struct FilmMetadata {
     /// from the corner of the whole image. `None` if they share none.
     #[serde(default)]
     pub pool: Option<u32>,
-    /// What light paths do in it; `None` where that is not known, where photons bring the light, and of what is no image of light.
+    /// How light paths are used; `None` if that is unknown, or the integrator has no light pass (photon mapping, ambient occlusion).
     #[serde(default)]
     pub light_paths: Option<LightPathUse>,
     /// Number of independent renders that the image is the mean of, where there are several; `spp` and `seed` are of the

@@ -33,7 +33,7 @@ impl RenderJob {
             && self.light_share.0 > 0.0
     }
 
-    /// What light paths do in the image; `None` of an image that no light is transported to, or where photons bring it.
+    /// How light paths are used; `None` if the integrator has no light pass (photon mapping, ambient occlusion).
     pub fn light_path_use(&self) -> Option<LightPathUse> {
         self.integrator.has_light_pass().then(|| LightPathUse {
             per_sample: if self.traces_light() {
