@@ -1,7 +1,7 @@
 //! Writes `docs/generated/efficiency.md`: the time to equal error of `bdpt` against pbrt-v3's own, for every scene of the census.
 //!
 //! `cargo run --release --features studies --example census_efficiency` renders the scenes of `tests/scenes/census/pbrt.txt`, which holds pbrt-v3's
-//! figures, with 16 seeds each: some ten minutes of one processor. Arguments, in any order: another number of seeds; `sobol`,
+//! figures, with 64 seeds each: some forty minutes of one processor. Arguments, in any order: another number of seeds; `sobol`,
 //! which adds a column with samples of that sampler instead of the scene's; `cornell=SECONDS`, which tells how fast this machine is
 //! ([`CORNELL`]); and parts of names, for these scenes alone, which are then printed and not written.
 
@@ -20,7 +20,11 @@ use std::path::Path;
 
 type Answer<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
-const SEEDS: u64 = 16;
+const SEEDS: u64 = 64;
+
+/// Seeds of which an error is estimated, as pbrt-v3's is from 8 to 32 runs: where few pixels of few images have most of the error, more of them
+/// find more.
+const GROUP: usize = 16;
 
 /// Below this part of an image's mean luminance darkness does not count any more, as in pbrt-v3's figures.
 const FLOOR: f64 = 0.01;
@@ -40,7 +44,8 @@ error and the time are.
 Seconds of processor time × mean squared relative error of an image: pbrt-v3's over fstop's, in the scenes of the census with `Integrator \"bdpt\"`
 (40 × 40 pixels, 64 to 256 samples each). pbrt-v3's figures are those of `tests/scenes/census/pbrt.txt`. fstop's time is the least
 of the seeds' (others use the machine, too; seeds alone differ by a few per cent), one thread, scene parsing and pilot pass included. The error is the mean over pixels of the variance of the luminance between seeds, over
-the squares of the mean and of a hundredth of the image's mean, as pbrt-v3's between its 8 to 32 runs.
+the squares of the mean and of a hundredth of the image's mean, as pbrt-v3's between its 8 to 32 runs: of 16 seeds, and the mean over all groups of so many. Beside the factor are those
+by the groups of most and of least error.
 
 ";
 
@@ -72,15 +77,37 @@ impl Wanted {
     }
 }
 
-/// The cost of an image: processor time in seconds, and mean squared relative error.
+/// The cost of an image of pbrt-v3: processor time in seconds, and mean squared relative error.
 struct Cost {
     seconds: f64,
     error: f64,
 }
 
-impl Cost {
-    fn over(&self, other: &Cost) -> f64 {
-        self.seconds * self.error / (other.seconds * other.error)
+/// The same of an image of fstop.
+struct Measured {
+    seconds: f64,
+    /// By groups of seeds.
+    errors: Vec<f64>,
+}
+
+impl Measured {
+    fn error(&self) -> f64 {
+        self.errors.iter().sum::<f64>() / self.errors.len() as f64
+    }
+
+    /// How many times as much theirs costs, if an image of ours has this error.
+    fn factor(&self, theirs: &Cost, error: f64) -> f64 {
+        theirs.seconds * theirs.error / (self.seconds * error)
+    }
+
+    /// A cell of the table, and its number.
+    fn cell(&self, theirs: &Cost) -> (String, f64) {
+        let factor = self.factor(theirs, self.error());
+        let bounds = [f64::max, f64::min]
+            .map(|pick| self.errors.iter().copied().reduce(pick).unwrap_or(f64::NAN))
+            .map(|error| self.factor(theirs, error));
+        let [least, most] = bounds;
+        (format!("{factor:.1} ({least:.1} – {most:.1})"), factor)
     }
 }
 
@@ -152,10 +179,11 @@ fn measure_all(wanted: &Wanted) -> Answer<String> {
             let mut ours = measure(&folder, name, wanted.seeds, *sampler == "sobol")?;
             ours.seconds *= wanted.speed();
             if i == 0 {
-                row += &format!(" {:.3} | {:.3e} |", ours.seconds, ours.error);
+                row += &format!(" {:.3} | {:.3e} |", ours.seconds, ours.error());
             }
-            factors[i].push(theirs.over(&ours));
-            row += &format!(" {:.1} |", theirs.over(&ours));
+            let (cell, factor) = ours.cell(&theirs);
+            factors[i].push(factor);
+            row += &format!(" {cell} |");
         }
         say(row);
     }
@@ -192,7 +220,7 @@ fn summary(sampler: &str, factors: &[f64]) -> String {
 }
 
 /// Renders a scene with every seed.
-fn measure(folder: &Path, name: &str, seeds: u64, sobol: bool) -> Answer<Cost> {
+fn measure(folder: &Path, name: &str, seeds: u64, sobol: bool) -> Answer<Measured> {
     let path = folder.join(name).with_extension("pbrt");
     let mut seconds = f64::INFINITY;
     let mut images = vec![];
@@ -201,8 +229,9 @@ fn measure(folder: &Path, name: &str, seeds: u64, sobol: bool) -> Answer<Cost> {
         images.push(image(&path, seed, sobol)?);
         seconds = seconds.min((processor_time() - started).as_secs_f64());
     }
-    let error = error(&images);
-    Ok(Cost { seconds, error })
+    let group = GROUP.min(images.len());
+    let errors = images.chunks_exact(group).map(error).collect();
+    Ok(Measured { seconds, errors })
 }
 
 fn image(path: &Path, seed: u64, sobol: bool) -> Answer<Image> {

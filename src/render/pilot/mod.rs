@@ -35,8 +35,9 @@ const PATHS: u64 = 1 << 18;
 /// Blocks along a side of the image: at most so many, fewer for images of less than so many samples in a pixel.
 const BLOCKS: u32 = 64;
 
-/// The brightness below which darkness does not count any more, over the image's mean.
-const FLOOR: f64 = 0.02;
+/// The brightness below which darkness does not count any more, over the image's mean: that of errors everywhere
+/// ([`Progressive::error`](super::Progressive#structfield.error)).
+const FLOOR: f64 = 0.01;
 
 /// The least blocks by which the image may be left to the path tracer: two samples in each of fewer may meet nothing of what is noise in
 /// an image.
