@@ -65,8 +65,28 @@ pub(crate) fn check_sizes(bytes: &[u8], limit: SizeLimit) -> Result<(), String> 
     Ok(())
 }
 
+/// Layers that hold the image beside those that say something of it, as other programs name them: `ViewLayer.Combined.R`, `beauty.R`.
+const IMAGES: [&str; 6] = ["combined", "beauty", "rgba", "rgb", "color", "image"];
+
+/// Returns `true` if the layer of this prefix, which ends with a dot, is called as [`IMAGES`] are.
+fn is_image(prefix: &str) -> bool {
+    let layer = prefix.trim_end_matches('.').rsplit('.').next();
+    layer.is_some_and(|layer| IMAGES.iter().any(|image| image.eq_ignore_ascii_case(layer)))
+}
+
+/// What stands before the last part of channels' names, those of the image first.
+fn prefixes(names: &[String]) -> Vec<&str> {
+    let named = names
+        .iter()
+        .filter_map(|name| name.rfind('.').map(|dot| &name[..=dot]));
+    let mut prefixes: Vec<&str> = std::iter::once("").chain(named).collect();
+    // Stable: plain names stay first, and others in their order.
+    prefixes.sort_by_key(|prefix| !(prefix.is_empty() || is_image(prefix)));
+    prefixes
+}
+
 /// The channels that hold red, green and blue (a missing one is 0): those called R, G and B; else
-/// the first layer's (`left.R`, `Image.R` …); else Y, or the only channel, for all three.
+/// those of a layer that is called as [`IMAGES`] are, or the first layer's (`left.R` …); else Y, or the only channel, for all three.
 fn choose_channels(
     channels: &AnyChannels<FlatSamples>,
 ) -> Result<[Option<&FlatSamples>; 3], String> {
@@ -78,10 +98,7 @@ fn choose_channels(
             .map(|c| &c.sample_data)
     };
     let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
-    let prefixes = names
-        .iter()
-        .filter_map(|n| n.rfind('.').map(|dot| &n[..=dot]));
-    for prefix in std::iter::once("").chain(prefixes) {
+    for prefix in prefixes(&names) {
         let rgb = ["R", "G", "B"].map(|c| find(&format!("{prefix}{c}")));
         if rgb.iter().any(Option::is_some) {
             return Ok(rgb);
@@ -105,5 +122,23 @@ fn sample(samples: &FlatSamples, i: usize) -> f32 {
         FlatSamples::F16(v) => v.get(i).map_or(0.0, |h| h.to_f32()),
         FlatSamples::F32(v) => v.get(i).copied().unwrap_or(0.0),
         FlatSamples::U32(v) => v.get(i).map_or(0.0, |&n| n as f32),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As Blender and others name them.
+    #[test]
+    fn the_image_comes_before_other_layers() {
+        let of = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|name| name.to_string()).collect();
+            prefixes(&names).join(" ")
+        };
+        let blender = ["ViewLayer.Albedo.R", "ViewLayer.Combined.R"];
+        assert_eq!(of(&blender), " ViewLayer.Combined. ViewLayer.Albedo.");
+        assert_eq!(of(&["R", "albedo.R", "Beauty.R"]), " Beauty. albedo.");
+        assert_eq!(of(&["left.R", "right.R"]), " left. right.");
     }
 }

@@ -89,6 +89,14 @@ impl FrameAssets {
                 ..Diagnostic::error(format!("an iteration of this integrator {error}"))
             });
         }
+        let sampled = sampled_bounds(options.film.pixel_bounds(), integrator.pixel_bounds);
+        if sampled.area() == 0 {
+            let message = "`pixelbounds` leaves no pixel of the image";
+            diagnostics.push(Diagnostic {
+                span: integrator.place,
+                ..Diagnostic::error(message).recoverable()
+            });
+        }
         let camera_from_world = &options.camera_from_world;
         let render_from_world = render_from_world(&camera_from_world.start);
         let film = film_geometry(options);

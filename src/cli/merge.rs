@@ -8,7 +8,7 @@ use crate::film;
 use crate::output;
 use crate::session::{MergeError, Merged, Rendered, merge};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -64,6 +64,8 @@ fn merged(args: &MergeArgs) -> Result<u8, Failure> {
         output::check(path)?;
     }
     let written = || outputs().chain(&args.plan);
+    let files: Vec<&Path> = written().map(PathBuf::as_path).collect();
+    output::check_apart(&files, &[])?;
     if let Some(path) = written().find(|path| args.shards.contains(path)) {
         return Err(format!("{}: this is one of the shards", path.display()).into());
     }

@@ -47,7 +47,7 @@ pub(super) struct RenderArgs {
     /// Also write a PNG of the image here
     #[arg(help_heading = "Output", long)]
     png: Option<PathBuf>,
-    /// Samples per pixel, instead of the scene's; with --error or --time the maximum
+    /// Samples per pixel, instead of the scene's; with --error or --time the maximum, at least 8
     #[arg(help_heading = "When it is done", long, value_parser = positive, allow_negative_numbers = true)]
     spp: Option<u32>,
     /// Threads; by default one per processor, at most eight times as many
@@ -285,7 +285,7 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     // All of them before the first is rendered: a misspelled folder should not be noticed after a night's work.
     let (outputs, problems) = scene.outputs(&names)?;
     args.checkpoint.check(&outputs)?;
-    args.live.check(&outputs)?;
+    args.live.check(&outputs, &args.scene)?;
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
     let shards = args.shard.range()?;

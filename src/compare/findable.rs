@@ -37,7 +37,8 @@ pub struct Findable {
     /// The effective sample size, of both images together: (light / standard error of the difference)², with the light that `relative` is
     /// relative to. Of images whose samples find equal light or none it is 1 / (1/a + 1/b), where a and b samples find it; below the
     /// smaller of a and b if the larger [variance per sample](super::Options) counts for both. Of one image it would be Kish's
-    /// (Σx)² / Σx² (L. Kish, "Survey Sampling" 1965, §8.2). With the noise of light that may have been missed. Infinite without noise.
+    /// (Σx)² / Σx² (L. Kish, "Survey Sampling" 1965, §8.2). With the noise of light that may have been missed. Infinite without noise, 0 where so few
+    /// observations prove nothing.
     pub effective_samples: f64,
 }
 
@@ -62,7 +63,10 @@ impl Findable {
         for (bounds, candidates) in asked {
             for (channel, candidate) in candidates.iter().enumerate() {
                 let light = candidate.means[1].abs().max(FLOOR * mean.abs());
-                let least = match candidate.floor < alpha || candidate.error == 0.0 {
+                // Equal pixels have no signs to count.
+                let is_equal = candidate.error == 0.0 && candidate.means[0] == candidate.means[1];
+                let can_be_found = candidate.floor < alpha || is_equal;
+                let least = match can_be_found {
                     true => candidate.smallest(&mut quantiles),
                     false => f64::INFINITY,
                 };
@@ -74,6 +78,7 @@ impl Findable {
                         channel,
                         relative,
                         effective_samples: match candidate.error_with(least) {
+                            _ if !can_be_found => 0.0,
                             0.0 => f64::INFINITY,
                             error => (light / error).powi(2),
                         },

@@ -92,23 +92,30 @@ impl Comparison {
 
     /// The answer to whether the images agree.
     pub fn answer(&self) -> Answer {
-        match (self.agrees(), self.doubt()) {
-            (false, _) => Answer::Differ,
-            (true, None) => Answer::Agree,
-            (true, Some(_)) => Answer::CannotTell,
+        match self.agrees() {
+            false => Answer::Differ,
+            true if self.is_empty() || self.doubt().is_some() => Answer::CannotTell,
+            true => Answer::Agree,
         }
     }
 
     /// Where noise is so strong, or known from so few bright samples, that a block of the largest size, or the whole image,
-    /// could be black in one of the images and pass. Of images with variances only: without, blocks that are nearly black
+    /// could be black in one of the images and pass. Without variances of the whole image only: blocks that are nearly black
     /// in both would be all that is found.
     pub fn doubt(&self) -> Option<&Findable> {
-        let side = self.findable.iter().filter_map(|found| found.side).max();
+        let side = match self.noise {
+            NoiseSource::Stored => self.findable.iter().filter_map(|found| found.side).max(),
+            _ => None,
+        };
         let of_size = |found: &&Findable| found.side.is_none() || found.side == side;
         let all = self.findable.iter().filter(of_size);
-        let is_stored = self.noise == NoiseSource::Stored;
-        all.filter(|found| is_stored && found.relative >= 1.0)
+        all.filter(|found| found.relative >= 1.0)
             .max_by(|x, y| x.relative.total_cmp(&y.relative))
+    }
+
+    /// Returns `true` if no pixel has finite values in both images: nothing was compared.
+    pub fn is_empty(&self) -> bool {
+        self.non_finite.left_out > 0 && self.non_finite.left_out == self.non_finite.pixels
     }
 }
 

@@ -15,6 +15,8 @@ pub struct NonFinite {
     pub unmatched: usize,
     /// Pixels excluded from all tests and metrics: those of either image.
     pub left_out: usize,
+    /// All pixels of one image.
+    pub pixels: usize,
 }
 
 impl NonFinite {
@@ -25,7 +27,10 @@ impl NonFinite {
     }
 
     fn find(a: &Image, b: &Image) -> NonFinite {
-        let mut found = NonFinite::default();
+        let mut found = NonFinite {
+            pixels: a.pixels.len(),
+            ..NonFinite::default()
+        };
         let pairs = a.pixels.iter().zip(&b.pixels);
         for (index, (p, q)) in pairs.enumerate() {
             let broken = [!p.is_finite(), !q.is_finite()];
@@ -110,6 +115,10 @@ mod tests {
     #[test]
     fn sound_images_are_not_copied() {
         let a = Image::black(UVec2::new(3, 3));
-        assert_eq!(clean(&a, &a), (None, None, NonFinite::default()));
+        let found = NonFinite {
+            pixels: 9,
+            ..NonFinite::default()
+        };
+        assert_eq!(clean(&a, &a), (None, None, found));
     }
 }

@@ -15,6 +15,9 @@ impl Comparison {
             return format!("The images differ: {}.", self.broken());
         }
         let (p, alpha) = (self.verdict.p(), self.verdict.alpha);
+        if self.is_empty() {
+            return "It cannot be told whether the images agree: no pixel has finite values in both.".to_owned();
+        }
         if let Some(doubt) = self.doubt().filter(|_| self.agrees()) {
             return format!(
                 "It cannot be told whether the images agree: no difference was found, but {} could be black in one of \

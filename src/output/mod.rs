@@ -23,6 +23,12 @@ pub enum OutputError {
     /// A read-only file has that name.
     #[error("{}: cannot write: the file there is read-only", .0.display())]
     ReadOnly(PathBuf),
+    /// A file that is read has that name.
+    #[error("{}: is not overwritten: this is one of the files that are read", .0.display())]
+    IsRead(PathBuf),
+    /// Another file that is written has that name.
+    #[error("{}: cannot write: another output has this name", .0.display())]
+    Twice(PathBuf),
     /// The folder of the file does not exist.
     #[error("{}: cannot write: there is no folder `{}`", .path.display(), .folder.display())]
     NoFolder {
@@ -56,7 +62,10 @@ impl OutputError {
     /// folder's, is a mistake everywhere.
     pub fn is_failure(&self) -> bool {
         match self {
-            OutputError::IsFolder(_) | OutputError::NamesFolder(_) => false,
+            OutputError::IsFolder(_)
+            | OutputError::NamesFolder(_)
+            | OutputError::IsRead(_)
+            | OutputError::Twice(_) => false,
             // Rights differ from machine to machine, and a missing folder may be a disk that is not mounted.
             OutputError::ReadOnly(_)
             | OutputError::NoFolder { .. }
@@ -85,6 +94,32 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
             file.map(drop).map_err(|source| io_error(path, source))
         }
     }
+}
+
+/// Checks that files that are to be written are none of those that are `read`, and that no two are the same. Pipes and devices may be.
+///
+/// # Errors
+/// Fails if they are.
+pub fn check_apart(written: &[&Path], read: &[&Path]) -> Result<(), OutputError> {
+    let place = |path: &Path| match Target::of(path) {
+        Ok(Target::Stream) => None,
+        Ok(Target::File(target)) => std::path::absolute(target).ok(),
+        // Not writable, which is told elsewhere, or read-only.
+        Err(_) => path.canonicalize().ok(),
+    };
+    let read: Vec<PathBuf> = read.iter().filter_map(|path| place(path)).collect();
+    let mut before = Vec::new();
+    for path in written {
+        let Some(target) = place(path) else { continue };
+        if read.contains(&target) {
+            return Err(OutputError::IsRead(path.to_path_buf()));
+        }
+        if before.contains(&target) {
+            return Err(OutputError::Twice(path.to_path_buf()));
+        }
+        before.push(target);
+    }
+    Ok(())
 }
 
 /// Checks that the disk of `path` has room for `needed` bytes, as far as that is known beforehand.
@@ -359,6 +394,30 @@ mod tests {
             assert_eq!(std::fs::read_to_string(&path).expect("the file"), text);
             assert_eq!(names(folder.path()), ["a.html"]);
         }
+    }
+
+    #[test]
+    fn what_is_read_is_not_overwritten() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("scene"), "scene").expect("a file");
+        let check = |written: [&str; 2]| {
+            let written = written.map(path);
+            check_apart(&written.each_ref().map(PathBuf::as_path), &[&path("scene")])
+        };
+        check(["page", "text"]).expect("three files");
+        check(["page", "../scene"]).expect("another folder's");
+        std::fs::create_dir(path("in")).expect("a folder");
+        assert!(matches!(
+            check(["page", "in/../scene"]),
+            Err(OutputError::IsRead(_))
+        ));
+        assert!(matches!(
+            check(["page", "page"]),
+            Err(OutputError::Twice(_))
+        ));
+        let null = Path::new("/dev/null");
+        check_apart(&[null, null], &[null]).expect("a device");
     }
 
     /// Until it is finished nothing is seen of it, and what was there stays.

@@ -55,6 +55,55 @@ fn what_a_link_leads_to_is_replaced() {
     }
 }
 
+/// What a command reads, and what another of its options writes.
+#[test]
+fn no_file_is_overwritten_that_is_read_or_written_besides() {
+    let folder = Folder::new();
+    folder.render(OBJECTS, "image.exr", &["--spp", "1"]);
+    let copy = |from: &str, to: &str| {
+        let path = folder.path(to);
+        std::fs::copy(from, &path).expect("a copy");
+        path
+    };
+    let image = folder.path("image.exr");
+    let scene = copy(OBJECTS, "scene.pbrt");
+    let lens = copy("lenses/wide.22mm.dat", "lens.dat");
+    let page = folder.path("page");
+    let [image, scene, lens, page] = [&image, &scene, &lens, &page].map(|path| path.as_os_str());
+    let before = [image, scene, lens].map(|path| std::fs::read(path).expect("a file"));
+    let word = std::ffi::OsStr::new;
+    let commands = [
+        vec![word("compare"), image, image, word("--html"), image],
+        vec![word("compare"), image, image, word("--junit"), image],
+        vec![
+            word("compare"),
+            image,
+            image,
+            word("--html"),
+            page,
+            word("--markdown"),
+            page,
+        ],
+        vec![word("tradeoff"), scene, word("--html"), scene],
+        vec![word("lens"), lens, word("--report"), lens],
+        vec![
+            word("render"),
+            scene,
+            word("-o"),
+            image,
+            word("--stats"),
+            scene,
+        ],
+    ];
+    for arguments in commands {
+        let run = fstop(&arguments);
+        assert_eq!(run.code, 2, "{arguments:?}\n{}", run.stderr);
+    }
+    let after = [image, scene, lens].map(|path| std::fs::read(path).expect("a file"));
+    assert!(before == after);
+    assert!(!folder.path("page").exists());
+}
+
 /// Before anything is rendered, measured or compared, and nothing is left lying about.
 #[test]
 fn what_cannot_be_written_is_refused_first() {

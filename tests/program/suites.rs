@@ -178,6 +178,21 @@ fn a_change_is_found_named_and_accepted() {
     assert_eq!(folder.results(&[]).0, 0);
 }
 
+/// The images agree, but what was asked for was not done.
+#[test]
+fn a_reference_that_cannot_be_written_is_told() {
+    let folder = Folder::new(&suite(""));
+    folder.results(&["--update"]);
+    let reference = folder.path("suite-references/ball.exr");
+    let mut permissions = reference.metadata().expect("a reference").permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&reference, permissions).expect("permissions");
+    let run = folder.run(&["--update=all", "--only", "ball"]);
+    assert_eq!(run.code, 1, "{}", run.stdout);
+    assert!(run.stdout.contains("no new reference: "), "{}", run.stdout);
+    assert!(run.stdout.contains("read-only"), "{}", run.stdout);
+}
+
 #[test]
 fn build_servers_and_pull_requests_read_it() {
     let folder = Folder::new(&suite("name = \"a & <b>\""));

@@ -14,12 +14,7 @@ const EXTENSIONS: [&str; 7] = ["exr", "pfm", "hdr", "png", "tga", "jpg", "jpeg"]
 
 /// Compares, prints and writes; returns the exit code.
 pub(super) fn run(args: &CompareArgs) -> Result<u8, Failure> {
-    for file in [&args.html, &args.junit, &args.markdown]
-        .into_iter()
-        .flatten()
-    {
-        output::check(file)?;
-    }
+    args.check_outputs(&[])?;
     if let Some(folder) = &args.report {
         results::make(folder)?;
     }

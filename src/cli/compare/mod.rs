@@ -16,10 +16,10 @@ use crate::compare::{
     non_finite, p_values,
 };
 use crate::console;
-use crate::output;
+use crate::output::{self, OutputError};
 use clap::{Args, ValueEnum};
 use input::Input;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -115,6 +115,14 @@ fn tolerance(text: &str) -> Result<f64, String> {
 }
 
 impl CompareArgs {
+    /// Checks the names of pages and reports, which are none of what is `read`.
+    fn check_outputs(&self, read: &[&Path]) -> Result<(), OutputError> {
+        let files = [&self.html, &self.junit, &self.markdown];
+        let files: Vec<&Path> = files.into_iter().flatten().map(PathBuf::as_path).collect();
+        files.iter().try_for_each(|file| output::check(file))?;
+        output::check_apart(&files, read)
+    }
+
     fn options(&self) -> Options {
         Options {
             alpha: self.alpha,
@@ -259,12 +267,7 @@ fn report(args: &CompareArgs) -> Result<u8, Failure> {
                 .into(),
         );
     }
-    for file in [&args.html, &args.junit, &args.markdown]
-        .into_iter()
-        .flatten()
-    {
-        output::check(file)?;
-    }
+    args.check_outputs(&[&args.a, &args.b])?;
     let inputs = input::read_pair(&args.a, &args.b)?;
     let options = args.options();
     let mut report = Report::new(inputs, &options)?;

@@ -197,15 +197,16 @@ fn describe_all(args: &LensArgs) -> Result<(), Failure> {
         );
         return Err(message.into());
     }
-    for file in output
+    let files = output
         .svg
         .iter()
         .chain(&output.report)
         .chain(&output.output)
-        .chain(args.maps.files())
-    {
-        output::check(file)?;
-    }
+        .chain(args.maps.files());
+    let files: Vec<&Path> = files.map(|file| file.as_ref()).collect();
+    files.iter().try_for_each(|file| output::check(file))?;
+    let lenses: Vec<&Path> = args.lenses.iter().map(PathBuf::as_path).collect();
+    output::check_apart(&files, &lenses)?;
     let mut overview = Vec::new();
     for path in &args.lenses {
         let (text, part) = describe(args, path)?;

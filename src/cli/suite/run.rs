@@ -2,7 +2,7 @@
 
 use super::image::{Kind, NoPicture, Picture, Studio};
 use super::update;
-use crate::cli::codes::LOST;
+use crate::cli::codes::{ANSWER_IS_NO, LOST};
 use crate::cli::compare::folders::write_page;
 use crate::cli::compare::{Report, incomparable, input};
 use crate::cli::messages::{self, Failure};
@@ -83,11 +83,11 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let paged = write_pages(args, &studio, &mut results, &options);
     let done = paged.and_then(|()| match args.update {
         Some(which) => update::update(&studio, &scenes, which, &mut sums, &options, &mut results),
-        None => Ok(()),
+        None => Ok(true),
     });
     results.settle();
     results.write(&studio.output)?;
-    done?;
+    let is_done = done?;
     console::answer(match args.json {
         true => results.json()?,
         false => results.text(),
@@ -100,6 +100,8 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     }
     match studio.stop.load(Relaxed) {
         true => Ok(LOST),
+        // What was asked for was not done, whatever the images say.
+        false if !is_done => Ok(ANSWER_IS_NO),
         false => Ok(results.code()),
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn listed(suite: &Suite, scene: &Scene) -> Option<String> {
     Some(parts.collect::<Vec<_>>().join("/"))
 }
 
-/// Renders and accepts references for the images that ask for one.
+/// Renders and accepts references for the images that ask for one. Returns `true` if all have one.
 pub(super) fn update(
     studio: &Studio,
     scenes: &[&Scene],
@@ -27,7 +27,8 @@ pub(super) fn update(
     sums: &mut Sums,
     options: &Options,
     results: &mut Results,
-) -> Result<(), Failure> {
+) -> Result<bool, Failure> {
+    let mut is_done = true;
     // From the last place in the file to the first: those before keep theirs.
     let mut sums_in_file = Vec::new();
     for scene in scenes {
@@ -49,14 +50,18 @@ pub(super) fn update(
                 sums_in_file.extend(place.map(|place| (place, sum)));
             }
             Err(NoPicture::Interrupted) => break,
-            Err(NoPicture::Failed(why)) => row.notes.push(format!("no new reference: {why}")),
+            Err(NoPicture::Failed(why)) => {
+                is_done = false;
+                row.notes.push(format!("no new reference: {why}"));
+            }
         }
     }
     for row in { results.rows.iter_mut() }.filter(|row| matches!(row.outcome, Outcome::Missing)) {
         sums.forget(&row.name)?;
         row.accepted = Some("No scene has this reference any more: its SHA-256 is forgotten, the file is still there.".to_owned());
     }
-    rewrite(studio.suite, sums_in_file)
+    rewrite(studio.suite, sums_in_file)?;
+    Ok(is_done)
 }
 
 /// Makes one; returns its hash.

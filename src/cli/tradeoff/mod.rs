@@ -71,6 +71,7 @@ const PIXELS: u32 = 40_000;
 fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     if let Some(path) = &args.html {
         output::check(path)?;
+        output::check_apart(&[path], &[&args.scene])?;
     }
     let print = |problems: &Problems| {
         if !args.quiet {

@@ -133,6 +133,50 @@ fn values_that_are_no_numbers() {
     assert!(comparison.cautions().iter().any(|c| c.contains("left out")));
 }
 
+/// Without variances, and with so few observations that no signs of them are significant, nothing can be found, however large it is.
+#[test]
+fn too_few_observations_prove_nothing() {
+    let mut bright = Image::black(UVec2::splat(2));
+    let dark = bright.clone();
+    bright.pixels.fill(Rgb::splat(5.0));
+    let options = Options::default();
+    let comparison = compare(&estimate(&dark), &estimate(&bright), &options).unwrap();
+    assert_eq!(comparison.answer(), Answer::CannotTell);
+    assert!(comparison.findable[0].relative.is_infinite());
+    // Equal ones are equal.
+    let comparison = compare(&estimate(&bright), &estimate(&bright), &options).unwrap();
+    assert_eq!(comparison.answer(), Answer::Agree);
+
+    let [a, b] = [1, 2].map(|seed| Render::new(seed, 32, 64, 64, mild).without_variance());
+    let answer = |cell| {
+        let options = Options {
+            cell,
+            ..Options::default()
+        };
+        let comparison = compare(&a.estimate(), &b.estimate(), &options).unwrap();
+        (comparison.answer(), comparison.sentence())
+    };
+    assert_eq!(answer(1).0, Answer::Agree);
+    let (told, sentence) = answer(64);
+    assert_eq!(told, Answer::CannotTell, "{sentence}");
+    assert!(
+        sentence.contains("the whole image could be black"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn images_without_a_finite_pixel_are_not_said_to_agree() {
+    let mut a = Image::black(UVec2::splat(4));
+    a.pixels.fill(Rgb::NAN);
+    let comparison = compare(&estimate(&a), &estimate(&a), &Options::default()).unwrap();
+    assert_eq!(comparison.answer(), Answer::CannotTell);
+    assert!(comparison.sentence().contains("no pixel has finite values"));
+    a.pixels[3] = Rgb::ONE;
+    let comparison = compare(&estimate(&a), &estimate(&a), &Options::default()).unwrap();
+    assert_eq!(comparison.answer(), Answer::Agree);
+}
+
 /// Noise that is correlated between neighbors, as by a splatting filter, makes tests of blocks overconfident: this is
 /// detected, and wider cells restore the rate.
 #[test]
