@@ -63,12 +63,11 @@ fn merged(args: &MergeArgs) -> Result<u8, Failure> {
     if let Some(path) = &args.plan {
         output::check(path)?;
     }
-    let written = || outputs().chain(&args.plan);
-    let files: Vec<&Path> = written().map(PathBuf::as_path).collect();
-    output::check_apart(&files, &[])?;
-    if let Some(path) = written().find(|path| args.shards.contains(path)) {
-        return Err(format!("{}: this is one of the shards", path.display()).into());
-    }
+    let files: Vec<&Path> = { outputs().chain(&args.plan) }
+        .map(PathBuf::as_path)
+        .collect();
+    let shards: Vec<&Path> = args.shards.iter().map(PathBuf::as_path).collect();
+    output::check_apart(&files, &shards)?;
     match merge(&args.shards, args.allow_missing, args.variance) {
         Ok(Merged::Image { mut image, plan }) => {
             image.encoding = args.encoding.encoding();

@@ -63,9 +63,9 @@ impl Findable {
         for (bounds, candidates) in asked {
             for (channel, candidate) in candidates.iter().enumerate() {
                 let light = candidate.means[1].abs().max(FLOOR * mean.abs());
-                // Equal pixels have no signs to count.
+                // Equal pixels are equal, however few.
                 let is_equal = candidate.error == 0.0 && candidate.means[0] == candidate.means[1];
-                let can_be_found = candidate.floor < alpha || is_equal;
+                let can_be_found = candidate.floor_of_all < alpha || is_equal;
                 let least = match can_be_found {
                     true => candidate.smallest(&mut quantiles),
                     false => f64::INFINITY,

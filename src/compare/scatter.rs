@@ -194,6 +194,7 @@ fn candidate(
         missed: None,
         tolerated,
         floor: min_p(signs),
+        floor_of_all: min_p(count),
     }
 }
 

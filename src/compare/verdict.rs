@@ -100,6 +100,8 @@ pub(super) struct Candidate {
     pub tolerated: f64,
     /// Lower bound on the p-value of any test of this block.
     pub floor: f64,
+    /// The same if all its observations differed.
+    pub floor_of_all: f64,
 }
 
 /// A test with the noise of light that one of the images may have missed, which has to be significant, too.

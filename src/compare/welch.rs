@@ -58,6 +58,7 @@ impl BlockTest for WelchTest<'_> {
                 missed,
                 tolerated,
                 floor: 0.0,
+                floor_of_all: 0.0,
             }
         })
     }

@@ -157,6 +157,16 @@ fn too_few_observations_prove_nothing() {
         (comparison.answer(), comparison.sentence())
     };
     assert_eq!(answer(1).0, Answer::Agree);
+    // Three pixels of many differ: no test finds them, but a black image would have been found.
+    let mut c = b.image.clone();
+    c.pixels[..3].fill(Rgb::splat(0.6));
+    let comparison = compare(&b.estimate(), &estimate(&c), &options).unwrap();
+    assert_eq!(
+        comparison.answer(),
+        Answer::Agree,
+        "{}",
+        comparison.sentence()
+    );
     let (told, sentence) = answer(64);
     assert_eq!(told, Answer::CannotTell, "{sentence}");
     assert!(
