@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
+use toml::de::{DeArray, DeTable, DeValue, Deserializer};
 use toml::{Spanned, Value};
 
 /// A suite, with all defaults filled in.
@@ -178,9 +179,7 @@ impl Reader<'_> {
     }
 
     fn suite(&self, text: &str) -> Option<Suite> {
-        let tables: FileTable = { toml::from_str(text) }
-            .map_err(|error| self.refuse(text, &error))
-            .ok()?;
+        let tables = self.tables(text)?;
         let folder = match self.path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
             _ => PathBuf::from("."),
@@ -228,6 +227,34 @@ impl Reader<'_> {
             suite.scenes.push(scene);
         }
         Some(suite)
+    }
+
+    /// The tables, or everything that their form lacks.
+    fn tables(&self, text: &str) -> Option<FileTable> {
+        let (mut root, errors) = DeTable::parse_recoverable(text);
+        errors.iter().for_each(|error| self.refuse(text, error));
+        if !errors.is_empty() {
+            return None;
+        }
+        let mut is_whole = true;
+        loop {
+            let error = match FileTable::deserialize(Deserializer::from(root.clone())) {
+                Ok(tables) => return is_whole.then_some(tables),
+                Err(error) => error,
+            };
+            // What is missing may be what was taken out, or could not be understood.
+            if is_whole || !error.message().starts_with("missing field") {
+                self.refuse(text, &error);
+            }
+            // A scene without its file is left out, and so is what is unknown.
+            let is_left = ["unknown field", "missing field `file`"];
+            is_whole &= is_left
+                .iter()
+                .any(|known| error.message().starts_with(known));
+            if !take_out(root.get_mut(), error.span()?.start) {
+                return None;
+            }
+        }
     }
 
     /// What TOML itself, or the shape of the tables, forbids.
@@ -377,26 +404,28 @@ impl Reader<'_> {
         let name = match &own.name {
             Some(name) => self.name(name.get_ref().clone(), name.span()),
             None => self.name(name_of(&file), own.file.span()),
-        }?;
+        };
         let renderer = own.renderer.as_ref().or(settings.renderer.as_ref());
-        let (command, extension) = self.renderer(renderer, place, commands)?.clone()?;
+        let renderer = self.renderer(renderer, place, commands).cloned().flatten();
+        let sha256 = own.sha256.as_ref().map(|sum| self.sum(sum));
+        let spp = self.positive(own.spp.as_ref().or(settings.spp.as_ref()));
+        let timeout = self.timeout(own.timeout.as_ref().or(settings.timeout.as_ref()));
+        // All else is told by now.
+        let (name, (command, extension)) = name.zip(renderer)?;
         let seeds = own.seeds.as_ref().or(settings.seeds.as_ref());
         let baseline = own
             .baseline_seeds
             .as_ref()
             .or(settings.baseline_seeds.as_ref());
         let (seeds, baseline_seeds) = self.seeds(&command, seeds, baseline);
-        let timeout = own.timeout.as_ref().or(settings.timeout.as_ref());
         Some(Scene {
             reference: match &own.reference {
                 Some(reference) => suite.path(reference),
                 None => suite.references.join(format!("{name}.exr")),
             },
-            sha256: own.sha256.as_ref().map(|sum| self.sum(sum)),
-            spp: self
-                .positive(own.spp.as_ref().or(settings.spp.as_ref()))
-                .unwrap_or(64),
-            timeout: self.timeout(timeout),
+            sha256,
+            spp: spp.unwrap_or(64),
+            timeout,
             name,
             file,
             command,
@@ -520,6 +549,41 @@ impl Reader<'_> {
         }
         (sum.get_ref().to_ascii_lowercase(), sum.span())
     }
+}
+
+/// Takes out the innermost entry that an error at this byte is about. Returns `true` if there is one.
+fn take_out(table: &mut DeTable, at: usize) -> bool {
+    let mut gone = None;
+    for (key, value) in table.iter_mut() {
+        let is_here = key.span().contains(&at) || value.span().contains(&at);
+        let is_inside = match value.get_mut() {
+            DeValue::Table(inner) => take_out(inner, at),
+            DeValue::Array(items) => take_out_of(items, at),
+            _ => false,
+        };
+        if is_inside {
+            return true;
+        }
+        if is_here {
+            gone = Some(key.clone());
+        }
+    }
+    gone.is_some_and(|key| table.remove(&key).is_some())
+}
+
+/// The same of an array, whose items may be tables.
+fn take_out_of(items: &mut DeArray, at: usize) -> bool {
+    let of_item = |item: &mut Spanned<DeValue>| match item.get_mut() {
+        DeValue::Table(inner) => take_out(inner, at),
+        _ => false,
+    };
+    if items.iter_mut().any(of_item) {
+        return true;
+    }
+    let count = items.len();
+    let others = { items.clone().into_iter() }.filter(|item| !item.span().contains(&at));
+    *items = others.collect();
+    items.len() < count
 }
 
 /// A scene's name by its file: without an extension, and without what leads out of the suite's folder.

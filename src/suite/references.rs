@@ -1,5 +1,6 @@
 //! References, and whether they still are what was accepted.
 
+use crate::files::{self, FileError, FileProblem};
 use crate::output::{self, OutputError};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -8,6 +9,9 @@ use std::path::{Path, PathBuf};
 
 /// The name of the file of hashes in the folder of references. Its form is that of `sha256sum`, which checks it.
 pub const SUMS: &str = "SHA256SUMS";
+
+/// Hashes of a million references are smaller than this.
+const LARGEST: u64 = 1 << 30;
 
 /// The hash of a file, as 64 digits.
 ///
@@ -47,13 +51,14 @@ impl Sums {
     ///
     /// # Errors
     /// A file that cannot be read, or a line that is none of `sha256sum`.
-    pub fn read(folder: &Path) -> Result<Sums, String> {
+    pub fn read(folder: &Path) -> Result<Sums, FileError> {
         let file = folder.join(SUMS);
-        let text = match std::fs::read_to_string(&file) {
-            Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(error) => return Err(format!("{}: cannot read: {error}", file.display())),
+        let unreadable = |why: &str| format!("{}: cannot read: {why}", file.display());
+        let bytes = match files::read(&file, LARGEST) {
+            Err(FileProblem::Missing) => Vec::new(),
+            read => read.map_err(|problem| FileError::from(problem).said(unreadable))?,
         };
+        let text = String::from_utf8(bytes).map_err(|_| unreadable("it is not UTF-8 text"))?;
         let mut sums = BTreeMap::new();
         for (number, line) in (1..)
             .zip(text.lines())
@@ -63,9 +68,9 @@ impl Sums {
             let name = parts.map(|(_, name)| name.trim_start_matches([' ', '*']));
             let Some((sum, name)) = parts.map(|(sum, _)| sum).zip(name) else {
                 let place = file.display();
-                return Err(format!(
-                    "{place}:{number}: expected a SHA-256 and a file's name"
-                ));
+                return Err(
+                    format!("{place}:{number}: expected a SHA-256 and a file's name").into(),
+                );
             };
             sums.insert(name.to_owned(), sum.to_ascii_lowercase());
         }
@@ -135,7 +140,7 @@ mod tests {
         .expect("a file");
         let error = Sums::read(folder.path()).expect_err("nonsense");
         assert!(
-            error.ends_with("SHA256SUMS:3: expected a SHA-256 and a file's name"),
+            { error.to_string() }.ends_with("SHA256SUMS:3: expected a SHA-256 and a file's name"),
             "{error}"
         );
     }

@@ -6,6 +6,7 @@
 //! control of expected false discoveries", J. R. Stat. Soc. B 70(2), 2008, §2). It costs little: at the thousandth commit
 //! a normal test among 100,000 asks for 7.5 standard errors instead of 5.3.
 
+use crate::files::{self, FileProblem};
 use crate::output::{self, OutputError};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -44,8 +45,8 @@ pub enum SpendingError {
     Read {
         /// The ledger.
         path: PathBuf,
-        /// The operating system's message.
-        reason: std::io::Error,
+        /// Why.
+        reason: FileProblem,
     },
     /// It is something else.
     #[error(
@@ -76,15 +77,29 @@ pub enum SpendingError {
     Write(#[from] OutputError),
 }
 
+impl SpendingError {
+    /// Returns `true` if it might be given its share on another machine or later.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            SpendingError::Read { reason, .. } => reason.is_failure(),
+            SpendingError::Write(error) => error.is_failure(),
+            SpendingError::Form { .. } | SpendingError::Alpha { .. } => false,
+        }
+    }
+}
+
+/// A ledger of many years is smaller than this.
+const LARGEST: u64 = 64 << 20;
+
 /// Gives the next commit its share, or one that has been there before the same again: its images are the same, too. The file
 /// is written before anything is compared, so that what was spent is spent however the run ends.
 ///
 /// # Errors
 /// See [`SpendingError`].
 pub fn spend(path: &Path, alpha: f64, commit: Option<&str>) -> Result<Spent, SpendingError> {
-    let mut ledger = match std::fs::read(path) {
+    let mut ledger = match files::read(path, LARGEST) {
         Ok(bytes) => read(path, &bytes)?,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ledger {
+        Err(FileProblem::Missing) => Ledger {
             alpha,
             commits: Vec::new(),
         },

@@ -390,6 +390,19 @@ fn commits_share_the_rate() {
         "{}",
         run.stdout
     );
+    // Nothing is wrong with the suite where a file cannot be read or written.
+    folder.write("suite.toml", &suite("commits = \"none/commits.json\""));
+    let run = folder.run(&[]);
+    assert_eq!(run.code, 74, "{}", run.stderr);
+    #[cfg(unix)]
+    {
+        let sums = folder.path("suite-references/SHA256SUMS");
+        std::fs::remove_file(&sums).expect("hashes");
+        std::os::unix::fs::symlink("SHA256SUMS", &sums).expect("a link");
+        folder.write("suite.toml", &suite(""));
+        let run = folder.run(&[]);
+        assert_eq!(run.code, 74, "{}", run.stderr);
+    }
 }
 
 #[test]
@@ -543,6 +556,22 @@ fn suite_files_are_read_with_care() {
         both.contains("seconds") && both.contains("expected 1 or more"),
         "{both}"
     );
+    let all = said(&format!(
+        "{scene}name = \"..\"\ntimeout = 0\nsha256 = \"12\"\nspq = 1\n[[scene]]\nsed = 1\n[suite]\nalpha = 2\nalhpa = 1\n{renderer}"
+    ));
+    for message in [
+        "is no name for an image's files",
+        "seconds",
+        "64 hexadecimal digits",
+        "unknown field `spq`",
+        "unknown field `sed`",
+        "missing field `file`",
+        "unknown field `alhpa`",
+    ] {
+        assert!(all.contains(message), "{message}\n{all}");
+    }
+    let types = said("[[scene]]\nfile = 3\n[[scene]]\nspp = \"x\"\n[suite]\nalpha = \"a\"\n");
+    assert!(types.matches("invalid type").count() == 3, "{types}");
     std::fs::write(folder.path("suite.toml"), [b'a', 0xff]).expect("a file");
     assert!(folder.run(&[]).stderr.contains("this is not UTF-8 text"));
     let run = fstop_in(folder.0.path(), ["suite", "run", "gone.toml"]);

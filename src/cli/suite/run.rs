@@ -130,7 +130,7 @@ fn begun(suite: &Suite, scenes: &[&Scene], args: &RunArgs) -> Result<Results, Fa
     let spent = match &suite.commits {
         Some(file) => {
             let spent = spend(file, all, args.commit.as_deref());
-            Some(spent.map_err(|e| e.to_string())?)
+            Some(spent.map_err(|e| Failure::new(&e, e.is_failure()))?)
         }
         None if args.commit.is_some() => {
             messages::warning(
