@@ -434,7 +434,7 @@ fn images_without_variances_are_said_to_be() {
     let run = compare(&[&a, &b]);
     assert_eq!(run.code, 0, "{}", run.stdout);
     assert!(
-        run.stdout.contains("note: B has no variances: "),
+        run.stdout.contains("note: B has no usable variances: "),
         "{}",
         run.stdout
     );

@@ -142,6 +142,9 @@ impl ImageData {
     pub fn load(path: &Path, budget: &Budget) -> Result<ImageData, FileError> {
         let name = path.display();
         let (bytes, _held) = read(path, budget)?;
+        if bytes.is_empty() {
+            return Err(format!("'{name}' is empty").into());
+        }
         let format = Format::of(path, &bytes).ok_or_else(|| {
             format!(
                 "'{name}' is not an image format fstop reads (.exr, .png, .jpg, .tga, .hdr, .pfm)"

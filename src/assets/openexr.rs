@@ -1,25 +1,17 @@
-//! OpenEXR files: the first flat layer's data window, whatever its channels are named.
+//! OpenEXR files: the data window of the part that holds the image, whatever its channels are named.
 
 use super::image_data::{Encoding, ImageData, SizeLimit};
 use crate::math::Rgb;
-use exr::image::{AnyChannels, FlatSamples};
+use exr::image::{AnyChannels, FlatSamples, Image, Layer};
 use exr::meta::MetaData;
+use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers};
 use std::io::Cursor;
 
 /// Decodes a whole file.
 pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> {
     check_sizes(bytes, limit)?;
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| e.to_string())?;
-    let layer = image.layer_data;
+    let layer = part(bytes)?.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
     if layer
         .channel_data
@@ -41,20 +33,85 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
         .ok_or_else(|| "it has no pixels".into())
 }
 
-/// Width and height of the first layer, and bytes of a texel with all its channels.
+/// The part of the file that holds the image: the first of those that are most like one.
+pub(crate) fn part(bytes: &[u8]) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
+    let best = meta_data(bytes)?.headers.iter().map(rank).min();
+    let every = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels();
+    OfRank { every, best }
+        .first_valid_layer()
+        .all_attributes()
+        // The number of its threads would be out of our control.
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| said(&error))
+}
+
+/// Reads the channels of parts of one rank alone.
+struct OfRank<C> {
+    every: C,
+    best: Option<u8>,
+}
+
+impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for OfRank<C> {
+    type Reader = C::Reader;
+
+    fn create_channels_reader(&'s self, header: &Header) -> exr::error::Result<C::Reader> {
+        match Some(rank(header)) == self.best {
+            true => self.every.create_channels_reader(header),
+            false => Err(exr::error::Error::Invalid("another part".into())),
+        }
+    }
+}
+
+/// How little a part is like an image: 0 for one of colors that is called as [`IMAGES`] are, or not at all.
+fn rank(header: &Header) -> u8 {
+    let names: Vec<String> = { header.channels.list.iter() }
+        .map(|channel| channel.name.to_string().to_ascii_uppercase())
+        .collect();
+    let has = |last: &str| {
+        names
+            .iter()
+            .any(|name| name.rsplit('.').next() == Some(last))
+    };
+    let part = header.own_attributes.layer_name.as_ref();
+    let is_named = part.is_none_or(|part| is_image(&part.to_string()));
+    match ["R", "G", "B"].map(has) {
+        _ if header.deep => 4,
+        [true, true, true] => u8::from(!is_named),
+        _ if has("Y") => 2,
+        _ => 3,
+    }
+}
+
+fn meta_data(bytes: &[u8]) -> Result<MetaData, String> {
+    let read = MetaData::read_from_buffered(Cursor::new(bytes), false);
+    read.map_err(|error| said(&error))
+}
+
+/// The decoder's message, but where it is of little help.
+fn said(error: &exr::error::Error) -> String {
+    let text = error.to_string();
+    match text.contains("reference to missing bytes") {
+        true => "the file is cut off: it ends before its image does".to_owned(),
+        false => text,
+    }
+}
+
+/// Width and height of the image, and bytes of a texel with all its channels.
 pub(super) fn extent(bytes: &[u8]) -> Result<([usize; 2], u64), String> {
-    let meta =
-        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-    let header = meta.headers.first().ok_or("it has no layers")?;
+    let meta = meta_data(bytes)?;
+    let header = meta.headers.iter().min_by_key(|header| rank(header));
+    let header = header.ok_or("it has no layers")?;
     let size = [header.layer_size.width(), header.layer_size.height()];
     Ok((size, header.channels.bytes_per_pixel as u64))
 }
 
 /// Checks sizes first, because the decoder allocates whatever the header asks for.
 pub(crate) fn check_sizes(bytes: &[u8], limit: SizeLimit) -> Result<(), String> {
-    let meta =
-        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-    for header in &meta.headers {
+    for header in &meta_data(bytes)?.headers {
         let size = header.layer_size;
         limit.check_channels(
             size.width(),
@@ -98,6 +155,9 @@ fn choose_channels(
             .map(|c| &c.sample_data)
     };
     let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
+    if ["RY", "BY"].iter().all(|name| find(name).is_some()) {
+        return Err("it holds luminance and chroma (channels Y, RY and BY), which are not supported: convert it to R, G and B".into());
+    }
     for prefix in prefixes(&names) {
         let rgb = ["R", "G", "B"].map(|c| find(&format!("{prefix}{c}")));
         if rgb.iter().any(Option::is_some) {
@@ -108,7 +168,8 @@ fn choose_channels(
         }
     }
     match channels.list.as_slice() {
-        [only] => Ok([Some(&only.sample_data); 3]),
+        [only] if !only.name.eq_case_insensitive("Z") => Ok([Some(&only.sample_data); 3]),
+        [_] => Err("its only channel is Z, a depth: it holds no image".into()),
         _ => Err(format!(
             "none of its channels ({}) is R, G, B or Y",
             names.join(", ")
@@ -128,6 +189,56 @@ fn sample(samples: &FlatSamples, i: usize) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use exr::image::{AnyChannel, Encoding, Layers};
+    use exr::meta::header::{ImageAttributes, LayerAttributes};
+    use exr::prelude::{IntegerBounds, WritableImage};
+
+    /// A file of parts with channels, each with a value that is the first byte of its name.
+    fn file(parts: &[(&str, &[&str])]) -> Vec<u8> {
+        let channel = |name: &&str| {
+            let value = f32::from(name.as_bytes()[0]);
+            AnyChannel::new(*name, FlatSamples::F32(vec![value; 2]))
+        };
+        let layer = |(name, channels): &(&str, &[&str])| {
+            let channels = AnyChannels::sort(channels.iter().map(channel).collect());
+            let attributes = LayerAttributes::named(*name);
+            Layer::new((2, 1), attributes, Encoding::UNCOMPRESSED, channels)
+        };
+        let layers: Layers<_> = parts.iter().map(layer).collect();
+        let bounds = IntegerBounds::from_dimensions((2, 1));
+        let mut bytes = Vec::new();
+        Image::from_layers(ImageAttributes::new(bounds), layers)
+            .write()
+            .to_buffered(Cursor::new(&mut bytes))
+            .expect("a file");
+        bytes
+    }
+
+    #[test]
+    fn the_part_of_the_image_is_read() {
+        let rgb = ["R", "G", "B"].as_slice();
+        for parts in [
+            [("depth", ["Z"].as_slice()), ("all", rgb)],
+            [("all", &["Z", "A"]), ("beauty", rgb)],
+            [("gray", &["Y"]), ("left", rgb)],
+        ] {
+            let bytes = file(&parts);
+            let image = read(&bytes, SizeLimit::for_file(bytes.len())).expect("an image");
+            assert_eq!(image.pixel(1, 0), Rgb::new(82.0, 71.0, 66.0), "{parts:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_image_is_said() {
+        let error = |bytes: &[u8]| read(bytes, SizeLimit::for_file(bytes.len())).unwrap_err();
+        let of = |channels: &[&str]| error(&file(&[("all", channels)]));
+        assert!(of(&["Z"]).contains("a depth"));
+        assert!(of(&["Y", "RY", "BY"]).contains("luminance and chroma"));
+        let whole = file(&[("all", &["R", "G", "B"])]);
+        for end in [20, whole.len() - 4] {
+            assert!(error(&whole[..end]).contains("cut off"), "{end}");
+        }
+    }
 
     /// As Blender and others name them.
     #[test]

@@ -143,8 +143,8 @@ impl Comparison {
         let who = match self.noise {
             NoiseSource::Stored | NoiseSource::None => return None,
             NoiseSource::Spatial => String::new(),
-            NoiseSource::SpatialWithout(image) => format!("{image} has no variances: "),
-            NoiseSource::SpatialWithoutBoth => "Neither image has variances: ".to_owned(),
+            NoiseSource::SpatialWithout(image) => format!("{image} has no usable variances: "),
+            NoiseSource::SpatialWithoutBoth => "Neither image has usable variances: ".to_owned(),
         };
         Some(capitalised(&format!(
             "{who}the noise is estimated from the scatter of the difference within blocks. That assumes \

@@ -3,15 +3,14 @@
 use super::exr::{CHANNELS, INDEPENDENT, VARIANCES};
 use super::{Image, LightPathUse, PixelBounds};
 use crate::assets::image_data::SizeLimit;
-use crate::assets::openexr::check_sizes;
+use crate::assets::openexr::{self, check_sizes};
 use crate::budget::Budget;
 use crate::files;
 use crate::math::color::rgb_from_xyz;
 use crate::math::{Rgb, UVec2};
 use ::exr::meta::attribute::AttributeValue;
-use ::exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers, Text};
+use ::exr::prelude::{AnyChannels, FlatSamples, Layer, Text};
 use std::collections::HashMap;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// An image read from a file, with the sample counts from its header.
@@ -50,6 +49,14 @@ pub enum ReadError {
     /// The file is an EXR, but has no RGB image.
     #[error("{}: has no channels R, G and B", .0.display())]
     NoColor(PathBuf),
+    /// The file is an EXR that has one or two of the channels R, G and B.
+    #[error("{}: of the channels R, G and B it has only {found}", .path.display())]
+    Partial {
+        /// The file's path.
+        path: PathBuf,
+        /// Those that it has.
+        found: String,
+    },
     /// A data window that extends past the display window's left or upper edge, or is absurdly large.
     #[error("{}: its data window lies outside its display window", .0.display())]
     Window(PathBuf),
@@ -76,16 +83,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
     let bytes = files::read_within(path, budget).map_err(|e| unreadable(e.to_string()))?;
     let limit = SizeLimit::for_file(bytes.len()).within(budget);
     check_sizes(&bytes, limit).map_err(unreadable)?;
-    let file = ::exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        // As in `exr.rs`: the number of its threads would be out of our control.
-        .non_parallel()
-        .from_buffered(Cursor::new(&bytes))
-        .map_err(|e| unreadable(e.to_string()))?;
+    let file = openexr::part(&bytes).map_err(unreadable)?;
     let layer = &file.layer_data;
     let display = file.attributes.display_window;
     let (resolution, bounds) =
@@ -99,7 +97,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
     let variance = own.as_ref().and_then(|_| colors(layer, VARIANCES));
     let is_own = own.is_some();
     let pixels = own.or_else(from_xyz);
-    let pixels = pixels.ok_or_else(|| ReadError::NoColor(path.to_owned()))?;
+    let pixels = pixels.ok_or_else(|| no_color(path, layer))?;
     let independent = variance.as_ref().and_then(|_| colors(layer, INDEPENDENT));
     Ok(LoadedImage {
         image: Image {
@@ -118,6 +116,25 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
         denoised: text(&layer.attributes.other, "denoised"),
         from_xyz: !is_own,
     })
+}
+
+fn no_color(path: &Path, layer: &FlatLayer) -> ReadError {
+    let channels = &layer.channel_data.list;
+    let is_there = |name: &&str| {
+        channels
+            .iter()
+            .any(|c| c.name.as_slice() == name.as_bytes())
+    };
+    let found: Vec<&str> = CHANNELS.iter().copied().filter(is_there).collect();
+    let path = path.to_owned();
+    match found.len() {
+        // A file of one channel is gray, whatever that is called.
+        1 | 2 if channels.len() > 1 => ReadError::Partial {
+            path,
+            found: found.join(" and "),
+        },
+        _ => ReadError::NoColor(path),
+    }
 }
 
 /// Channels of the CIE's colors, which some renderers write.

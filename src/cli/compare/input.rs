@@ -3,6 +3,7 @@
 use crate::assets::image_data::{Encoding, ImageData};
 use crate::budget::Budget;
 use crate::cli::messages::{self, Failure};
+use crate::compare::Estimate;
 use crate::film::{self, Image, LoadedImage, PixelBounds, ReadError};
 use crate::math::color::linear_from_srgb;
 use crate::math::{Rgb, UVec2};
@@ -54,9 +55,12 @@ impl Input {
         if let Some(runs) = self.loaded.runs.filter(|&runs| runs > 1) {
             words += &format!(" in each of {runs} runs");
         }
-        words += match self.loaded.image.variance {
-            Some(_) => ", with variances",
-            None => ", without variances",
+        let is_known = Estimate::of(&self.loaded).has_variance();
+        words += match (&self.loaded.image.variance, self.loaded.spp) {
+            (Some(_), _) if is_known => ", with variances",
+            (Some(_), Some(1)) => ", which tells no variances: that takes two",
+            (Some(_), _) => ", with variances that are not known",
+            (None, _) => ", without variances",
         };
         if let Some(by) = &self.loaded.denoised {
             words += &format!(", denoised by {by}");
@@ -108,7 +112,9 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
                 windowed: true,
             });
         }
-        Err(error @ ReadError::Window(_)) => return Err(error.to_string().into()),
+        Err(error @ (ReadError::Window(_) | ReadError::Partial { .. })) => {
+            return Err(error.to_string().into());
+        }
         // Grayscale, with other channel names, or another format.
         Err(_) => {}
     }

@@ -107,7 +107,7 @@ fn one_image_with_variances_and_one_without() {
     let comparison = compare(&a.estimate(), &b.estimate(), &options).unwrap();
     assert_eq!(comparison.noise, NoiseSource::SpatialWithout(Side::B));
     assert!(comparison.agrees());
-    assert!(comparison.cautions()[0].starts_with("B has no variances"));
+    assert!(comparison.cautions()[0].starts_with("B has no usable variances"));
     let comparison = compare(&b.estimate(), &a.estimate(), &options).unwrap();
     assert_eq!(comparison.noise, NoiseSource::SpatialWithout(Side::A));
 }
