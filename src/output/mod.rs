@@ -100,16 +100,22 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// Fails if they are.
-pub fn check_apart(written: &[&Path], read: &[&Path]) -> Result<(), OutputError> {
+pub fn check_apart(
+    written: &[impl AsRef<Path>],
+    read: &[impl AsRef<Path>],
+) -> Result<(), OutputError> {
     let place = |path: &Path| match Target::of(path) {
         Ok(Target::Stream) => None,
         Ok(Target::File(target)) => std::path::absolute(target).ok(),
         // Not writable, which is told elsewhere, or read-only.
         Err(_) => path.canonicalize().ok(),
     };
-    let read: Vec<PathBuf> = read.iter().filter_map(|path| place(path)).collect();
+    let read: Vec<PathBuf> = read
+        .iter()
+        .filter_map(|path| place(path.as_ref()))
+        .collect();
     let mut before = Vec::new();
-    for path in written {
+    for path in written.iter().map(AsRef::as_ref) {
         let Some(target) = place(path) else { continue };
         if read.contains(&target) {
             return Err(OutputError::IsRead(path.to_path_buf()));

@@ -106,16 +106,22 @@ fn names(folder: &Path) -> Result<BTreeSet<String>, Failure> {
             |e: std::io::Error| Failure::new(format!("{}: cannot read: {e}", path.display()), true);
         for entry in std::fs::read_dir(&path).map_err(failed)? {
             let entry = entry.map_err(failed)?;
-            let name = format!("{below}{}", entry.file_name().to_string_lossy());
+            let name = entry.file_name();
             // Links to folders are not followed: they may lead in circles.
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-            let ending = Path::new(&name)
-                .extension()
-                .map(|ending| ending.to_ascii_lowercase());
-            if is_folder {
-                left.push(name + "/");
-            } else if ending.is_some_and(|ending| EXTENSIONS.iter().any(|known| ending == *known)) {
-                names.insert(name);
+            let ending = { Path::new(&name).extension() }.map(|ending| ending.to_ascii_lowercase());
+            let is_image =
+                ending.is_some_and(|ending| EXTENSIONS.iter().any(|known| ending == *known));
+            if !is_folder && !is_image {
+                continue;
+            }
+            let name = name.into_string().map_err(|name| {
+                let place = path.join(name);
+                format!("{place:?}: names of images in folders are UTF-8; rename it")
+            })?;
+            match is_folder {
+                true => left.push(format!("{below}{name}/")),
+                false => drop(names.insert(below.clone() + &name)),
             }
         }
     }

@@ -8,7 +8,7 @@ mod raster;
 mod text;
 
 use super::codes::{ANSWER_IS_NO, CANNOT_TELL};
-use super::messages::Failure;
+use super::messages::{self, Failure};
 use super::results::{Outcome, Row, Thumbnails};
 use crate::compare::flip::{self, ExposureRange, FlipMap, PIXELS_PER_DEGREE};
 use crate::compare::{
@@ -118,7 +118,7 @@ impl CompareArgs {
     /// Checks the names of pages and reports, which are none of what is `read`.
     fn check_outputs(&self, read: &[&Path]) -> Result<(), OutputError> {
         let files = [&self.html, &self.junit, &self.markdown];
-        let files: Vec<&Path> = files.into_iter().flatten().map(PathBuf::as_path).collect();
+        let files: Vec<&PathBuf> = files.into_iter().flatten().collect();
         files.iter().try_for_each(|file| output::check(file))?;
         output::check_apart(&files, read)
     }
@@ -271,6 +271,11 @@ fn report(args: &CompareArgs) -> Result<u8, Failure> {
     let inputs = input::read_pair(&args.a, &args.b)?;
     let options = args.options();
     let mut report = Report::new(inputs, &options)?;
+    if args.cell > 1 && !report.comparison.noise.is_spatial() {
+        messages::warning(
+            "--cell has no effect: the noise is not estimated from the difference (--noise spatial)",
+        );
+    }
     if !args.no_flip {
         report = report.with_flip();
     }

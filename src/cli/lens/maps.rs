@@ -10,7 +10,7 @@ use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer,
     LayerAttributes, LineOrder, Text, WritableImage,
 };
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::fmt::Write;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 /// Files about one lens.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "For compositing and simulation")]
+#[command(group(ArgGroup::new("maps").multiple(true).args(["stmap", "undistort", "shading"])))]
+#[command(group(ArgGroup::new("points").multiple(true).args(["psf", "rays"])))]
 pub(super) struct MapArgs {
     /// Write an STMap that warps a pinhole's image to the lens' (32-bit EXR; R and G are the source's place from its lower left corner, 0 to 1)
     #[arg(long, value_name = "FILE.exr")]
@@ -29,7 +31,12 @@ pub(super) struct MapArgs {
     #[arg(long, value_name = "FILE.exr")]
     shading: Option<PathBuf>,
     /// Pixels of these maps, which are square; their proportions are those of the film
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1500x1000")]
+    #[arg(
+        long,
+        value_name = "WIDTHxHEIGHT",
+        default_value = "1500x1000",
+        requires = "maps"
+    )]
     map_size: MapSize,
     /// Write the chief rays over the field as a table
     #[arg(long, value_name = "FILE.csv")]
@@ -45,7 +52,8 @@ pub(super) struct MapArgs {
         long,
         value_name = "M,M",
         value_delimiter = ',',
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        requires = "points"
     )]
     depths: Vec<Depth>,
 }
@@ -98,6 +106,20 @@ impl MapArgs {
             .chain(&self.shading);
         let tables = self.chief_rays.iter().chain(&self.psf).chain(&self.rays);
         maps.chain(tables)
+    }
+
+    /// Refuses names that say another format than the file has.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let images = [&self.stmap, &self.undistort, &self.shading, &self.psf];
+        let is_exr =
+            |file: &PathBuf| { file.extension() }.is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        match images.into_iter().flatten().find(|file| !is_exr(file)) {
+            None => Ok(()),
+            Some(file) => Err(format!(
+                "{}: maps and point spread functions are EXR files: expected a name ending in .exr",
+                file.display()
+            )),
+        }
     }
 
     /// Writes them.

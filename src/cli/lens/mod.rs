@@ -197,6 +197,7 @@ fn describe_all(args: &LensArgs) -> Result<(), Failure> {
         );
         return Err(message.into());
     }
+    args.maps.check()?;
     let files = output
         .svg
         .iter()
@@ -205,8 +206,7 @@ fn describe_all(args: &LensArgs) -> Result<(), Failure> {
         .chain(args.maps.files());
     let files: Vec<&Path> = files.map(|file| file.as_ref()).collect();
     files.iter().try_for_each(|file| output::check(file))?;
-    let lenses: Vec<&Path> = args.lenses.iter().map(PathBuf::as_path).collect();
-    output::check_apart(&files, &lenses)?;
+    output::check_apart(&files, &args.lenses)?;
     let mut overview = Vec::new();
     for path in &args.lenses {
         let (text, part) = describe(args, path)?;
