@@ -143,7 +143,7 @@ impl ImageData {
         let name = path.display();
         let (bytes, _held) = read(path, budget)?;
         if bytes.is_empty() {
-            return Err(format!("'{name}' is empty").into());
+            return Err(format!("cannot decode '{name}': the file is empty").into());
         }
         let format = Format::of(path, &bytes).ok_or_else(|| {
             format!(

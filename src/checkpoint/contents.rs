@@ -29,6 +29,8 @@ pub struct Contents {
     iterated: Parts,
     /// Where the last whole record ends.
     pub(super) end: u64,
+    /// Bytes after that, of a record that was cut off or is damaged, and of all that follow.
+    pub lost: u64,
 }
 
 /// Where a record is in the file, and how far it got with its unit.
@@ -102,6 +104,7 @@ impl Contents {
             }
             contents.end += (body.len() + record::FRAME) as u64;
         }
+        contents.lost = { file.get_ref().metadata()?.len() }.saturating_sub(contents.end);
         Ok(Some(contents))
     }
 

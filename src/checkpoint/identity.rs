@@ -34,7 +34,7 @@ impl Identity {
             }
         }
         for (name, now, then) in both(&self.settings, &checkpoint.settings) {
-            let [now, then] = [now, then].map(|value| value.map_or("not given", String::as_str));
+            let [now, then] = [now, then].map(|value| shown(value, "not given"));
             let then = then.escape_debug();
             found.push(format!(
                 "{} is {now}, the checkpoint's is {then}",
@@ -69,14 +69,21 @@ impl Identity {
         if self.program != other.program {
             add("the program", &self.program, &other.program);
         }
-        let or_none = |value: Option<&String>| value.map_or("none", String::as_str).to_string();
         for (name, a, b) in both(&self.settings, &other.settings) {
-            add(name, &or_none(a), &or_none(b));
+            add(name, shown(a, "none"), shown(b, "none"));
         }
         for (name, ..) in both(&self.files, &other.files) {
             found.push(format!("the file `{}`", name.escape_debug()));
         }
         found
+    }
+}
+
+/// The value of a setting, for people. One without a value, such as `--variance`, is there or not.
+fn shown<'a>(value: Option<&'a String>, none: &'a str) -> &'a str {
+    match value.map(String::as_str) {
+        Some("") => "given",
+        value => value.unwrap_or(none),
     }
 }
 
@@ -108,7 +115,7 @@ mod tests {
         let now = Identity {
             program: "fstop 2".to_string(),
             files: map(&[("a.pbrt", "13"), ("new.ply", "3")]),
-            settings: map(&[("--seed", "2")]),
+            settings: map(&[("--seed", "2"), ("--variance", "")]),
         };
         assert_eq!(
             now.differences(&then),
@@ -118,6 +125,7 @@ mod tests {
                 "the scene now reads `new.ply` too",
                 "the scene no longer reads `gone.ply`",
                 "--seed is 2, the checkpoint's is 1",
+                "--variance is given, the checkpoint's is not given",
                 "--crop is not given, the checkpoint's is 0,1,0,1",
             ]
         );
@@ -127,6 +135,7 @@ mod tests {
             [
                 "the program (fstop 2, fstop 1)",
                 "--seed (2, 1)",
+                "--variance (given, none)",
                 "--crop (none, 0,1,0,1)",
                 "the file `a.pbrt`",
                 "the file `new.ply`",

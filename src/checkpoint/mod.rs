@@ -220,6 +220,11 @@ impl Journal {
         self.contents.holds_work()
     }
 
+    /// Bytes at the end of the file that could not be used: cut off, or damaged.
+    pub fn lost(&self) -> u64 {
+        self.contents.lost
+    }
+
     /// Time spent by earlier processes.
     pub fn spent(&self) -> Duration {
         self.contents.spent

@@ -364,7 +364,7 @@ fn mixtures_are_refused() {
     let middle = damaged.len() / 2;
     damaged[middle] ^= 1;
     std::fs::write(&three[0], &damaged).expect("a file");
-    refuses(&three, 1, "shard 1/3 is not finished");
+    refuses(&three, 1, "of the file were cut off or are damaged");
     // As large a lie as fits into a number: refused before anything is done about it.
     for lie in ["\"of\":4294967295", "\"of\":0", "\"of\":2"] {
         std::fs::write(&three[0], forged(&whole, "\"of\":3", lie)).expect("a file");

@@ -1,7 +1,7 @@
 //! The files of a render's shards, held against each other.
 
 use super::MergeError;
-use crate::budget::Budget;
+use crate::budget::{Budget, Bytes};
 use crate::checkpoint::{Contents, Facts, Identity, Shard, Unit, restored};
 use crate::film::{Splats, Tile};
 use std::collections::BTreeMap;
@@ -100,7 +100,13 @@ impl Group {
                 Some(done) => Some(format!(
                     "{path}: shard {shard} has finished {done} of {passes} passes"
                 )),
-                None => Some(format!("{path}: shard {shard} is not finished")),
+                None => Some(match one.contents.lost {
+                    0 => format!("{path}: shard {shard} is not finished"),
+                    lost => format!(
+                        "{path}: shard {shard} is not finished: the last {} of the file were cut off or are damaged; render it again",
+                        Bytes(lost)
+                    ),
+                }),
             }
         };
         (1..=self.facts.shard.of).filter_map(of_number).collect()
