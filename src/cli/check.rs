@@ -56,6 +56,7 @@ fn check(path: &Path, args: &CheckArgs) -> Result<u8, Failure> {
     messages::print(&problems);
     let verdict = match problems.refused() {
         false => "ok",
+        true if problems.errors() == 0 => "not fit to render with --strict",
         true => "not fit to render",
     };
     let summary = problems.summary();

@@ -2,8 +2,9 @@
 
 use super::codes::LOST;
 use super::goal::duration;
-use super::messages;
-use crate::session::{Checkpoint, Outputs, Prepared};
+use super::messages::{self, Failure};
+use crate::output::check_apart;
+use crate::session::{Bytes, Checkpoint, Outputs, Prepared};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -40,8 +41,8 @@ impl CheckpointArgs {
         self.checkpoint_every
     }
 
-    /// Refuses a checkpoint that an image would be written over.
-    pub(super) fn check(&self, outputs: &[Outputs]) -> Result<(), String> {
+    /// Refuses a checkpoint that an image would be written over, and unfinished images over files that are `read`.
+    pub(super) fn check(&self, outputs: &[Outputs], read: &[PathBuf]) -> Result<(), Failure> {
         let place = |path: &Path| std::path::absolute(path).ok();
         let images = || outputs.iter().flat_map(Outputs::paths);
         for number in 1..=outputs.len() {
@@ -50,10 +51,11 @@ impl CheckpointArgs {
             let meets = |image: &Path| place(image) == place(&path);
             if images().any(|image| meets(image) || meets(&partial(image))) {
                 let path = path.display();
-                return Err(format!("--checkpoint {path}: an image is written there"));
+                return Err(format!("--checkpoint {path}: an image is written there").into());
             }
         }
-        Ok(())
+        let unfinished: Vec<PathBuf> = images().map(partial).collect();
+        Ok(check_apart(&unfinished, read)?)
     }
 
     /// The checkpoint of one frame, if it is to have one. Pipes and devices have nothing beside them.
@@ -130,6 +132,12 @@ pub(super) fn announce(frame: &Prepared) {
         messages::warning(format!(
             "the checkpoint there was is of another render and is replaced: {}",
             frame.replaced().join("; ")
+        ));
+    }
+    if frame.lost() > 0 {
+        messages::warning(format!(
+            "the last {} of the checkpoint were cut off or are damaged: what they held is rendered again",
+            Bytes(frame.lost())
         ));
     }
     if let Some(spent) = frame.resumes() {

@@ -39,6 +39,15 @@ impl EncodingArgs {
         [("--half", self.half), ("--exposure", self.exposure != 0.0)]
     }
 
+    /// The options as words of the shell, each after a space.
+    pub(super) fn words(&self) -> String {
+        let half = if self.half { " --half" } else { "" };
+        match self.exposure {
+            0.0 => half.to_string(),
+            stops => format!("{half} --exposure={stops}"),
+        }
+    }
+
     /// Warns of what has no effect on files of these names.
     pub(super) fn warn_of_names(&self, paths: &[&Path]) {
         let is = |path: &Path, endings: &[&str]| {

@@ -59,10 +59,16 @@ fn confidence(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| expected.to_string())
 }
 
+/// Longer than anybody waits, in seconds: 30,000 years.
+const LONGEST: f64 = 1e12;
+
 /// Parses a positive duration.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let expected = || "expected a positive number of seconds".to_string();
     let seconds = text.parse::<f64>().map_err(|_| expected())?;
+    if seconds >= LONGEST {
+        return Err(format!("too long: expected less than {LONGEST:e} seconds"));
+    }
     let time = Duration::try_from_secs_f64(seconds).map_err(|_| expected())?;
     (!time.is_zero()).then_some(time).ok_or_else(expected)
 }
@@ -97,6 +103,6 @@ mod tests {
         assert_eq!((relative("5%"), relative("150%")), (Ok(0.05), Ok(1.5)));
         assert!(relative("1").is_err() && relative("1e9").is_err());
         assert_eq!(seconds("1.5"), Ok(Duration::from_millis(1500)));
-        assert!(seconds("1e300").is_err());
+        assert!(seconds("1e300").is_err_and(|message| message.starts_with("too long")));
     }
 }

@@ -3,12 +3,14 @@
 use super::codes::{ANSWER_IS_NO, BAD_INPUT, IO_FAILED};
 use super::encoding::EncodingArgs;
 use super::messages::{self, Failure};
+use super::render::file_name;
 use crate::console;
 use crate::film;
 use crate::output;
-use crate::session::{MergeError, Merged, Rendered, merge};
+use crate::session::{MergeError, Merged, Rendered, check_png, merge};
 use clap::Args;
-use std::path::{Path, PathBuf};
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use std::path::PathBuf;
 
 /// Examples for the long help.
 const EXAMPLES: &str = "Examples:
@@ -23,10 +25,10 @@ pub(super) struct MergeArgs {
     #[arg(required = true, value_name = "SHARD")]
     shards: Vec<PathBuf>,
     /// Image to write (.exr, .png, .pfm, .tga): the bits that one process would have written
-    #[arg(help_heading = "Output", short, long = "output", value_name = "OUT")]
+    #[arg(help_heading = "Output", short, long = "output", value_name = "OUT", value_parser = OsStringValueParser::new().try_map(file_name), allow_hyphen_values = true)]
     output: PathBuf,
     /// Also write a PNG of the image here
-    #[arg(help_heading = "Output", long)]
+    #[arg(help_heading = "Output", long, value_parser = OsStringValueParser::new().try_map(file_name), allow_hyphen_values = true)]
     png: Option<PathBuf>,
     /// Also write the variance of each pixel's mean (channels var.R, var.G, var.B); it is that of independent samples
     /// unless the shards were rendered with --variance, too
@@ -60,14 +62,12 @@ fn merged(args: &MergeArgs) -> Result<u8, Failure> {
     for path in outputs() {
         film::check_output(path).map_err(|error| Failure::new(&error, error.is_failure()))?;
     }
+    args.png.as_deref().map_or(Ok(()), check_png)?;
     if let Some(path) = &args.plan {
         output::check(path)?;
     }
-    let files: Vec<&Path> = { outputs().chain(&args.plan) }
-        .map(PathBuf::as_path)
-        .collect();
-    let shards: Vec<&Path> = args.shards.iter().map(PathBuf::as_path).collect();
-    output::check_apart(&files, &shards)?;
+    let files: Vec<&PathBuf> = outputs().chain(&args.plan).collect();
+    output::check_apart(&files, &args.shards)?;
     match merge(&args.shards, args.allow_missing, args.variance) {
         Ok(Merged::Image { mut image, plan }) => {
             image.encoding = args.encoding.encoding();

@@ -98,7 +98,12 @@ impl Failure {
     pub(super) fn exit(self) -> u8 {
         let code = self.code();
         match self {
-            Failure::Scene(problems) => print(&problems),
+            Failure::Scene(problems) => {
+                print(&problems);
+                if problems.errors() == 0 {
+                    error("refused because of --strict, which treats warnings as errors");
+                }
+            }
             Failure::Io(message) | Failure::Other(message) => error(message),
         }
         code

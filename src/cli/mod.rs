@@ -40,7 +40,7 @@ use crate::math::instruction_set;
 use crate::optics::models::ModelKind;
 use crate::params::Dialect;
 use crate::scene::dialect::DialectChoice;
-use crate::session::{Policy, ReadOptions, parse_size, threads_started};
+use crate::session::{Policy, ReadOptions, Scene, parse_size, threads_started};
 use crate::syntax::suggest::nearest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use codes::{BAD_INPUT, IO_FAILED};
@@ -154,6 +154,21 @@ impl ReadArgs {
         match self.strict {
             true => Policy::Warnings,
             false => Policy::Errors,
+        }
+    }
+
+    /// Warns of options for lenses where the scene has none.
+    fn warn_of_no_lens(&self, scene: &Scene) {
+        let given = [
+            ("--lens-model", self.lens_model.is_some()),
+            ("--f-number", self.f_number.is_some()),
+            ("--focus-point", self.focus_point.is_some()),
+            ("--compat", self.compat.is_some()),
+        ];
+        for (option, _) in { given.iter() }.filter(|(_, is_given)| *is_given && !scene.has_lens()) {
+            messages::warning(format!(
+                "{option} has no effect: the scene has no `realistic` camera, whose lens it would set"
+            ));
         }
     }
 

@@ -17,6 +17,8 @@ use crate::session::{
     Rendered, Scene, Step, THREADS_PER_PROCESSOR, TILE_SIZE, threads_started,
 };
 use clap::Args;
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once};
@@ -41,11 +43,13 @@ pub(super) struct RenderArgs {
         help_heading = "Output",
         short,
         long = "output",
-        visible_alias = "outfile"
+        visible_alias = "outfile",
+        value_parser = OsStringValueParser::new().try_map(file_name),
+        allow_hyphen_values = true
     )]
     output: Option<PathBuf>,
     /// Also write a PNG of the image here
-    #[arg(help_heading = "Output", long)]
+    #[arg(help_heading = "Output", long, value_parser = OsStringValueParser::new().try_map(file_name), allow_hyphen_values = true)]
     png: Option<PathBuf>,
     /// Samples per pixel, instead of the scene's; with --error or --time the maximum, at least 8
     #[arg(help_heading = "When it is done", long, value_parser = positive, allow_negative_numbers = true)]
@@ -65,6 +69,7 @@ pub(super) struct RenderArgs {
         help_heading = "When it is done",
         long,
         default_value_t = 0,
+        value_parser = whole,
         allow_negative_numbers = true
     )]
     seed: u64,
@@ -201,6 +206,18 @@ impl RenderArgs {
         })
     }
 
+    /// Reads a scene as these options say.
+    pub(super) fn scene(&self, path: &Path) -> Result<Scene, Problems> {
+        Scene::load(path, &self.read.options(self.policy()))
+    }
+
+    /// Refuses a scene that cannot be rendered in shards with these options, as far as is known before its files are loaded.
+    pub(super) fn check_shards(&self, scene: Scene) -> Result<(), Failure> {
+        let options = self.options()?;
+        let mut frames = scene.into_frames().into_iter();
+        Ok(frames.try_for_each(|frame| frame.check_shards(&options))?)
+    }
+
     pub(super) fn is_quiet(&self) -> bool {
         self.quiet
     }
@@ -268,9 +285,12 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     let began = Instant::now();
     let mut options = args.options()?;
     check_threads(args);
-    let scene = Scene::load(&args.scene, &args.read.options(args.policy()))?;
+    let scene = args.scene(&args.scene)?;
     let reading = began.elapsed();
     args.print(scene.problems());
+    if !args.quiet {
+        args.read.warn_of_no_lens(&scene);
+    }
     let mut flaws = Flaws {
         passed: scene.problems().recoverable_errors(),
         unwritten: None,
@@ -284,8 +304,9 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     let denoiser = args.denoise.then(Denoiser::find).transpose()?;
     // All of them before the first is rendered: a misspelled folder should not be noticed after a night's work.
     let (outputs, problems) = scene.outputs(&names)?;
-    args.checkpoint.check(&outputs)?;
-    args.live.check(&outputs, &args.scene)?;
+    let read = scene.files_read();
+    args.checkpoint.check(&outputs, &read)?;
+    args.live.check(&outputs, &read)?;
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
     let shards = args.shard.range()?;
@@ -344,6 +365,23 @@ fn check_threads(args: &RenderArgs) {
             "--threads {requested}: {started} are used, {THREADS_PER_PROCESSOR} for each processor"
         ));
     }
+}
+
+/// Parses a file's name, which is not to be taken for an option.
+pub(super) fn file_name(name: OsString) -> Result<PathBuf, String> {
+    let path = PathBuf::from(name);
+    let name = path.display();
+    match path.as_os_str().as_encoded_bytes().starts_with(b"-") {
+        true => Err(format!(
+            "expected a file's name; one that starts with a hyphen is written `./{name}`"
+        )),
+        false => Ok(path),
+    }
+}
+
+fn whole(text: &str) -> Result<u64, String> {
+    let expected = |_| format!("expected a whole number from 0 to {}", u64::MAX);
+    text.parse().map_err(expected)
 }
 
 /// Parses a positive count.
@@ -444,6 +482,7 @@ fn write(
             Err(error) => {
                 if let WriteError::Elsewhere { place, .. } = &error {
                     events::written(place);
+                    written.push(place.display().to_string());
                 }
                 let code = if error.is_failure() {
                     IO_FAILED

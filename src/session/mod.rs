@@ -19,6 +19,7 @@ pub use crate::forecast::{Forecast, Process, Stage as MemoryStage, Use as Memory
 pub use crate::render::{Ended, Live, Step};
 pub use merge::{MergeError, Merged, merge};
 pub use options::{Checkpoint, Policy, ReadOptions, RenderOptions};
+pub(crate) use outputs::check_png;
 pub use outputs::{OutputNames, Outputs};
 pub use problems::Problems;
 pub use rendered::{DroppedSamples, Rendered};
@@ -26,6 +27,7 @@ pub use shards::{ShardError, ShardFile, Shards, Unfinished};
 
 pub(crate) use crate::budget::{Bytes, parse_size};
 use crate::build::{self, PreparedScene};
+use crate::cameras::CameraSpec;
 use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
 use crate::film;
 use crate::film::{Encoding, FilmMetadata, Layer, LayerSet, Manifest, NO_GROUP};
@@ -37,7 +39,7 @@ pub(crate) use crate::render::{THREADS_PER_PROCESSOR, TILE_SIZE, on_threads, thr
 use crate::scene::{self, Names, read_scene};
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceError, SourceMap};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -146,7 +148,8 @@ impl Scene {
     /// can be written is checked as far as it can be before rendering.
     ///
     /// # Errors
-    /// A file that cannot be written, or a problem that the policy refuses.
+    /// A file that cannot be written, that the scene reads, or that another image is written to; or a problem that the policy
+    /// refuses.
     pub fn outputs(&self, names: &OutputNames) -> Result<(Vec<Outputs>, Problems), Problems> {
         let diagnostics = Diagnostics::new();
         let outputs = outputs::of_frames(names, &self.frames, &diagnostics);
@@ -157,6 +160,17 @@ impl Scene {
         } else {
             Ok((outputs, problems))
         }
+    }
+
+    /// Returns `true` if a frame's camera has a lens that is set.
+    pub(crate) fn has_lens(&self) -> bool {
+        let cameras = self.frames.iter().map(|frame| &frame.options.camera);
+        { cameras }.any(|camera| matches!(camera, CameraSpec::Realistic(_)))
+    }
+
+    /// The files that were read, and those that [`Frame::prepare`] will read.
+    pub(crate) fn files_read(&self) -> Vec<PathBuf> {
+        self.sources.files_read()
     }
 
     /// Loads the files of all frames but the first, and lets them go again, on `threads` threads: a broken mesh of the
@@ -208,15 +222,10 @@ impl Frame {
     /// A checkpoint of another render, or one that cannot be made. Files that cannot be used, what memory has no room for, and whatever else the policy refuses; a crop window
     /// without a pixel; threads that the system does not give.
     pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
-        options.apply(&mut self.frame).map_err(Problems::one)?;
-        if self.frame.options.integrator.spec.gathers_photons() {
-            promise_nothing(options).map_err(Problems::one)?;
-            see_nothing(&self.frame.options.film).map_err(Problems::one)?;
-        }
+        let light_layers = self.settle(options).map_err(Problems::one)?;
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let wanted = frame.options.film.layers;
-        let light_layers = light_layers(&frame).map_err(Problems::one)?;
         let names = wanted
             .has_mattes()
             .then(|| Names::of(&frame, &about.sources));
@@ -249,6 +258,16 @@ impl Frame {
             live: None,
             statistics: None,
         })
+    }
+
+    /// Applies the options, as far as they suit the frame. Returns the names of the layers of light.
+    fn settle(&mut self, options: &RenderOptions) -> Result<Vec<String>, String> {
+        options.apply(&mut self.frame)?;
+        if self.frame.options.integrator.spec.gathers_photons() {
+            promise_nothing(options)?;
+            see_nothing(&self.frame.options.film)?;
+        }
+        Ok(light_layers(&self.frame)?)
     }
 }
 
@@ -432,6 +451,11 @@ impl Prepared {
     pub fn resumes(&self) -> Option<Duration> {
         let journal = self.journal.as_ref().filter(|journal| journal.resumes());
         journal.map(Journal::spent)
+    }
+
+    /// Bytes at the end of the checkpoint that could not be used: cut off, or damaged.
+    pub(crate) fn lost(&self) -> u64 {
+        self.journal.as_ref().map_or(0, Journal::lost)
     }
 
     /// What is different in the render whose checkpoint is replaced; empty if there was none.

@@ -2,7 +2,7 @@
 
 use super::check_place;
 use crate::film;
-use crate::output::{check_room, numbered};
+use crate::output::{OutputError, check_apart, check_room, numbered};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use std::path::{Path, PathBuf};
@@ -58,14 +58,7 @@ impl Outputs {
             check_room(path, needed).map_err(|e| Box::new(cannot_write(&e.into())))?;
         }
         let Some(png) = &self.png else { return Ok(()) };
-        if !png
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"))
-        {
-            let png = png.display();
-            let message = format!("--png {png}: expected a name ending in .png");
-            return Err(Diagnostic::error(message).into());
-        }
+        check_png(png).map_err(|message| Box::new(Diagnostic::error(message)))?;
         if same_file(png, &self.image) {
             let png = png.display();
             let message = format!("--png {png}: the image itself is written there already");
@@ -94,6 +87,13 @@ impl Outputs {
             .into_iter()
             .flatten()
     }
+}
+
+/// Refuses a name that is none of a PNG.
+pub(crate) fn check_png(png: &Path) -> Result<(), String> {
+    let is_png = { png.extension() }.is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    let message = || format!("--png {}: expected a name ending in .png", png.display());
+    is_png.then_some(()).ok_or_else(message)
 }
 
 /// The files of all frames. Two frames that name the same image get one each, which pbrt-v3 does not do: there the last
@@ -155,6 +155,19 @@ pub(super) fn check(
             diagnostics.push(*error);
         }
     }
+    if diagnostics.errors() == 0
+        && let Err(error) = apart(outputs, &sources.files_read())
+    {
+        diagnostics.push(cannot_write(&error.into()));
+    }
+}
+
+/// Checks that all files of all frames are different, and none of those that are read.
+fn apart(outputs: &[Outputs], read: &[PathBuf]) -> Result<(), OutputError> {
+    let images = outputs.iter().flat_map(Outputs::paths).map(Path::to_owned);
+    let denoised = outputs.iter().flat_map(Outputs::denoised);
+    let written: Vec<PathBuf> = images.chain(denoised).collect();
+    check_apart(&written, read)
 }
 
 fn cannot_write(error: &film::WriteError) -> Diagnostic {

@@ -116,6 +116,23 @@ impl ShardFile {
 }
 
 impl Frame {
+    /// Refuses a frame that cannot be rendered in shards with these options, as far as is known before its files are loaded.
+    pub(crate) fn check_shards(mut self, options: &RenderOptions) -> Result<(), Problems> {
+        let divisible = self.is_divisible(options);
+        let settled = divisible.and_then(|()| self.settle(options));
+        settled.map(drop).map_err(Problems::one)
+    }
+
+    fn is_divisible(&self, options: &RenderOptions) -> Result<(), String> {
+        if options.time.is_some() {
+            return Err(ShardError::Time.to_string());
+        }
+        match self.frame.options.integrator.spec.gathers_photons() {
+            true => Err(ShardError::Photons.to_string()),
+            false => Ok(()),
+        }
+    }
+
     /// The shards that are not finished. Found without loading the scene's meshes and images.
     ///
     /// # Errors
@@ -125,12 +142,7 @@ impl Frame {
         shards: &Shards,
         options: &RenderOptions,
     ) -> Result<Unfinished, Problems> {
-        if options.time.is_some() {
-            return Err(Problems::one(ShardError::Time.to_string()));
-        }
-        if self.frame.options.integrator.spec.gathers_photons() {
-            return Err(Problems::one(ShardError::Photons.to_string()));
-        }
+        self.is_divisible(options).map_err(Problems::one)?;
         let film = options.film(&self.frame.options.film);
         let mut film = film.map_err(Problems::one)?;
         film.layers = self.frame.layers(film.layers);

@@ -208,6 +208,15 @@ impl SourceMap {
         self.found.borrow().clone()
     }
 
+    /// The files that were read from disk, and those that the scene has named.
+    pub fn files_read(&self) -> Vec<PathBuf> {
+        let files = self.files.borrow();
+        let opened = files.iter().filter(|file| file.on_disk);
+        let opened = opened.map(|file| file.path.clone());
+        let named = self.named_files().into_iter().map(|(_, path)| path);
+        opened.chain(named).collect()
+    }
+
     /// Returns `true` if a file was read from disk, and not from a pipe or from memory.
     pub fn is_on_disk(&self, file: FileId) -> bool {
         let files = self.files.borrow();

@@ -464,7 +464,9 @@ fn strict_refuses_warnings() {
     let strict = fstop(["check", "--strict", scene]);
     assert_eq!(strict.code, 2);
     assert!(
-        strict.stdout.contains("not fit to render (7 warnings)"),
+        strict
+            .stdout
+            .contains("not fit to render with --strict (7 warnings)"),
         "{}",
         strict.stdout
     );
@@ -475,6 +477,8 @@ fn strict_refuses_warnings() {
         &["--strict", "--spp", "1"],
     ));
     assert_eq!((run.code, folder.names().len()), (2, 0), "{}", run.stderr);
+    let why = "refused because of --strict";
+    assert!(run.stderr.contains(why), "{}", run.stderr);
     // Notes are not warnings.
     folder.render(
         "tests/scenes/valid/integrators.pbrt",
@@ -539,8 +543,10 @@ fn negative_values_are_understood_and_refused() {
         ),
         (
             &["render", MITCHELL, "--seed", "-2"],
-            "invalid value '-2' for '--seed",
+            "expected a whole number from 0",
         ),
+        (&["render", MITCHELL, "-o", "-x.exr"], "written `./-x.exr`"),
+        (&["render", MITCHELL, "--time", "1e30"], "too long"),
         (
             &["render", MITCHELL, "--spp", "-3"],
             "expected a whole number from 1",
@@ -592,6 +598,39 @@ fn outputs_must_not_collide() {
         assert!(run.stderr.contains(words), "{image} {png}\n{}", run.stderr);
         assert!(folder.names().is_empty());
     }
+    let run = fstop(["merge", "x.fsc", "-o", "x.exr", "--png", "y.exr"]);
+    let words = "expected a name ending in .png";
+    assert!(
+        run.code == 2 && run.stderr.contains(words),
+        "{}",
+        run.stderr
+    );
+}
+
+/// Stored variances, of several samples or of one, which tells none.
+#[test]
+fn it_is_said_what_is_known_of_the_noise() {
+    let folder = Folder::new();
+    let compare = |spp: &str, more: &[&str]| {
+        folder.render(MITCHELL, "a.exr", &["--variance", "--spp", spp]);
+        let image = folder.path("a.exr").display().to_string();
+        let arguments = ["compare", &image, &image, "--no-flip"];
+        fstop(arguments.iter().chain(more))
+    };
+    let run = compare("4", &["--cell", "4"]);
+    let words = "--cell has no effect";
+    assert!(run.stderr.contains(words), "{}", run.stderr);
+    let run = compare("1", &["--cell", "4"]);
+    assert!(!run.stderr.contains(words), "{}", run.stderr);
+    assert!(run.stdout.contains("tells no variances"), "{}", run.stdout);
+}
+
+#[test]
+fn options_of_lenses_need_one() {
+    let folder = Folder::new();
+    let run = folder.render(MITCHELL, "a.exr", &["--spp", "1", "--f-number", "4"]);
+    let words = "--f-number has no effect";
+    assert!(run.stderr.contains(words), "{}", run.stderr);
 }
 
 #[test]
@@ -621,6 +660,9 @@ fn misuse_ends_with_code_2_and_help_with_0() {
         &["lens", "lenses/dgauss.50mm.dat", "--focus", ".05"],
         &["lens", "lenses/dgauss.50mm.dat", "--aperture", "-1"],
         &["lens", "lenses/dgauss.50mm.dat", "--scale", "0"],
+        &["lens", "lenses/dgauss.50mm.dat", "--map-size", "9x9"],
+        &["lens", "lenses/dgauss.50mm.dat", "--depths", "1"],
+        &["lens", "lenses/dgauss.50mm.dat", "--stmap", "x.png"],
     ] {
         let run = fstop(arguments);
         assert_eq!(run.code, 2, "{arguments:?}\n{}{}", run.stdout, run.stderr);

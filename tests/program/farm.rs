@@ -5,6 +5,10 @@ use crate::common::program::{Run, fstop, fstop_in};
 use std::path::Path;
 use std::process::Command;
 
+/// A scene of one frame.
+const SPHERE: &str = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8
+    WorldBegin LightSource \"infinite\" Shape \"sphere\" WorldEnd\n";
+
 /// What shells and Slurm would take apart.
 const NAME: &str = "it's a \"$HOME\" `x` \\ 100%";
 
@@ -53,6 +57,9 @@ fn the_scripts_say_what_was_asked_for() {
             "--variance",
             "--png",
             "a b.png",
+            "--half",
+            "--exposure",
+            "-1",
             "--",
             "--spp",
             "32",
@@ -81,9 +88,9 @@ fn the_scripts_say_what_was_asked_for() {
     // sbatch reads no options below the first command.
     let (_, commands) = render.split_once("\nfstop=").expect("the program");
     assert!(!commands.contains("#SBATCH"), "{render}");
-    assert!(merge.contains("a.shard-\"$number\"-of-64.fsc"), "{merge}");
-    let end = "-o a.exr --png 'a b.png' --variance\n";
-    assert!(merge.ends_with(end), "{merge}");
+    assert!(merge.contains("$1.shard-$number-of-64.fsc"), "{merge}");
+    let line = "merge a -o a.exr --png 'a b.png' --variance --half --exposure=-1";
+    assert!(merge.lines().any(|l| l == line), "{merge}");
     let printed: Vec<&str> = run.stdout.lines().collect();
     assert_eq!(printed[0], "job=$(sbatch --parsable a.render.sbatch)");
     assert!(printed[1].contains("--dependency=afterok:"), "{printed:?}");
@@ -113,6 +120,34 @@ fn nothing_is_requeued_unasked() {
     assert!(!render.contains("requeue"), "{render}");
 }
 
+/// What a script does with a stand-in for `fstop`: its arguments, a line each.
+fn called(script: &str) -> String {
+    let text = script.replace(env!("CARGO_BIN_EXE_fstop"), "stand_in");
+    let text = format!("stand_in() {{ printf '%s\\n' \"$@\"; }}\n{text}");
+    let bash = { Command::new("bash") }
+        .args(["-c", &text])
+        .env("SLURM_ARRAY_TASK_ID", "2")
+        .env("SLURM_ARRAY_JOB_ID", "17")
+        .output()
+        .expect("bash");
+    assert!(bash.status.success(), "{bash:?}\n{text}");
+    String::from_utf8(bash.stdout).expect("text")
+}
+
+#[test]
+fn every_frame_is_merged() {
+    let folder = Folder::new();
+    let scene = format!("{SPHERE}{SPHERE}");
+    std::fs::write(folder.path("two.pbrt"), scene).expect("a scene");
+    let options = "farm slurm two.pbrt --shards 1 -o a.exr --png b.png";
+    let run = fstop_in(folder.0.path(), options.split(' '));
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let [_, merge] = scripts(&folder, "a").map(|script| called(&script));
+    let expected = "merge a.shard-1-of-1.fsc -o a.exr --png b.png \
+                    merge a.2.shard-1-of-1.fsc -o a.2.exr --png b.2.png";
+    assert_eq!(merge.trim_end().replace('\n', " "), expected);
+}
+
 /// A stand-in for `fstop` gets the names and options as they were.
 #[test]
 fn odd_names_survive() {
@@ -120,19 +155,6 @@ fn odd_names_survive() {
     let image = format!("{NAME}.exr");
     let run = slurm(&folder, &["--shards", "2", "-o", &image, "--requeue"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let called = |script: &str| {
-        let text = script.replace(env!("CARGO_BIN_EXE_fstop"), "stand_in");
-        let text = text.replace("exec \"$fstop\"", "stand_in");
-        let text = format!("stand_in() {{ printf '%s\\n' \"$@\"; }}\n{text}");
-        let bash = { Command::new("bash") }
-            .args(["-c", &text])
-            .env("SLURM_ARRAY_TASK_ID", "2")
-            .env("SLURM_ARRAY_JOB_ID", "17")
-            .output()
-            .expect("bash");
-        assert!(bash.status.success(), "{bash:?}\n{text}");
-        String::from_utf8(bash.stdout).expect("text")
-    };
     let [render, merge] = scripts(&folder, NAME).map(|script| called(&script));
     let words: Vec<&str> = render.lines().collect();
     assert_eq!(words[2..4], ["-o", &image]);
@@ -188,6 +210,10 @@ fn what_slurm_would_refuse_is_refused_now() {
         (&["--shards", "2", "--", "--sppp", "3"], "--sppp"),
         (&["--shards", "2", "--", "-o", "b.exr"], "--output"),
         (&["--shards", "2", "--", "--variance"], "before `--`"),
+        (&["--shards", "2", "--", "--half"], "before `--`"),
+        (&["--shards", "2", "--", "--crop", "1,2,3"], "--crop"),
+        (&["--shards", "2", "--png", "q.tga"], "ending in .png"),
+        (&["--shards", "2", "-o", "q.jpg"], "q.jpg"),
         (&["--shards", "2", "--", "--error=1%"], "rounds"),
         (&["--shards", "2", "--", "--time", "9"], "--shard"),
         (&["--shards", "2", "-o", "a\nb.exr"], "control characters"),
@@ -203,6 +229,13 @@ fn what_slurm_would_refuse_is_refused_now() {
         "a folder may be missing on this machine alone"
     );
     assert!(run.stderr.contains("no/such"), "{}", run.stderr);
+    let photons = format!("Integrator \"sppm\"\n{SPHERE}");
+    std::fs::write(folder.path("photons.pbrt"), photons).expect("a scene");
+    let options = "farm slurm photons.pbrt --shards 2";
+    let run = fstop_in(folder.0.path(), options.split(' '));
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("cannot be divided"), "{}", run.stderr);
+    std::fs::remove_file(folder.path("photons.pbrt")).expect("the file");
     let run = fstop(["farm", "slurm", "no such.pbrt", "--shards", "2"]);
     assert_eq!(run.code, 2);
     assert!(run.stderr.contains("no such.pbrt"), "{}", run.stderr);

@@ -359,6 +359,8 @@ fn a_checkpoint_knows_what_it_is_of() {
         assert_eq!(run.code, 0, "{}", run.stderr);
         assert!(std::fs::read(&output).expect("the image") == expected);
         assert!(!checkpoint.exists());
+        let said = "of the checkpoint were cut off or are damaged";
+        assert!(run.stderr.contains(said), "{}", run.stderr);
     }
 
     for foreign in ["", "fstop", "fstop checkpoint 1\n", "a letter to my sister"] {

@@ -2,7 +2,7 @@
 //! is done. No image is lost, and no half of one is left.
 
 use super::cli::{Folder, MITCHELL, OBJECTS, command, load};
-use crate::common::program::fstop;
+use crate::common::program::{fstop, fstop_in};
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -99,6 +99,35 @@ fn no_file_is_overwritten_that_is_read_or_written_besides() {
         let run = fstop(&arguments);
         assert_eq!(run.code, 2, "{arguments:?}\n{}", run.stderr);
     }
+    let textured = "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"image.exr\"
+        Material \"matte\" \"texture Kd\" \"t\"";
+    let sphere = "Film \"image\" WorldBegin Include \"part.png\" Shape \"sphere\" WorldEnd\n";
+    std::fs::write(folder.path("part.png"), textured).expect("a file");
+    std::fs::write(folder.path("s.pbrt"), [sphere, sphere].concat()).expect("a file");
+    for (options, why) in [
+        ("-o image.exr", "image.exr: is not overwritten"),
+        ("-o ../%/image.exr", "image.exr: is not overwritten"),
+        ("-o a.exr --png part.png", "part.png: is not overwritten"),
+        (
+            "-o a.exr --stats image.exr",
+            "image.exr: is not overwritten",
+        ),
+        (
+            "-o a.png --png a.2.png",
+            "a.2.png: cannot write: another output",
+        ),
+    ] {
+        let name = folder
+            .0
+            .path()
+            .file_name()
+            .expect("a name")
+            .to_string_lossy();
+        let options = format!("render s.pbrt --spp 1 {options}").replace('%', &name);
+        let run = fstop_in(folder.0.path(), options.split(' '));
+        assert_eq!(run.code, 2, "{options}\n{}", run.stderr);
+        assert!(run.stderr.contains(why), "{options}\n{}", run.stderr);
+    }
     let after = [image, scene, lens].map(|path| std::fs::read(path).expect("a file"));
     assert!(before == after);
     assert!(!folder.path("page").exists());
@@ -182,6 +211,7 @@ fn an_image_without_its_folder_is_rescued() {
         "{said}"
     );
     assert!(said.contains("here/a.2.exr` instead"), "{said}");
+    assert!(!said.contains("not written"), "{said}");
     assert_eq!(load(&folder.path("here/a.2.exr")).spp, Some(256));
     let other = std::fs::read(folder.path("here/a.exr")).expect("the file");
     assert_eq!(other, b"another's");

@@ -1,9 +1,10 @@
 //! Scripts for Slurm, from the templates beside this file: an array with a task for each shard, and a job that merges.
 
-use crate::cli::Cli;
 use crate::cli::codes::BAD_INPUT;
+use crate::cli::encoding::EncodingArgs;
 use crate::cli::messages::{self, Failure};
-use crate::session::{Process, ReadOptions, Scene, parse_size};
+use crate::cli::render::RenderArgs;
+use crate::session::{OutputNames, Outputs, Process, Scene, parse_size};
 use crate::{console, output};
 use clap::{Args, Parser};
 use std::path::{Path, PathBuf};
@@ -41,6 +42,8 @@ pub(super) struct SlurmArgs {
     /// Also the variance of each pixel's mean (channels var.R, var.G, var.B)
     #[arg(help_heading = "Output", long)]
     variance: bool,
+    #[command(flatten)]
+    encoding: EncodingArgs,
     /// How many pieces of equal cost the work is divided into; each loads the scene anew
     #[arg(help_heading = "Tasks", long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     shards: u32,
@@ -75,14 +78,12 @@ enum Memory {
 }
 
 impl Memory {
-    /// In MiB, of which Slurm has whole ones. Loads no meshes and images.
-    fn mebibytes(self, scene: &Path) -> Result<u64, Failure> {
+    /// In MiB, of which Slurm has whole ones; the scene was read since `before`.
+    fn mebibytes(self, scene: &Scene, before: &Process) -> Result<u64, Failure> {
         let bytes = match self {
             Memory::Bytes(bytes) => bytes,
             Memory::Forecast => {
-                let before = Process::measured();
-                let scene = Scene::load(scene, &ReadOptions::default())?;
-                let forecasts = scene.forecasts(&before)?;
+                let forecasts = scene.forecasts(before)?;
                 let peaks = forecasts.iter().map(|forecast| forecast.in_passes.total());
                 let peak = peaks.max().unwrap_or_default();
                 // Forecasts are right within 20 %.
@@ -95,21 +96,31 @@ impl Memory {
 
 /// Writes both scripts, and prints how they are submitted.
 pub(super) fn run(args: &SlurmArgs) -> u8 {
-    if let Err(error) = understood(args) {
-        let _ = error.print();
-        return BAD_INPUT;
-    }
-    match write(args) {
+    let render = match understood(args) {
+        Ok(Rendering { args }) => args,
+        Err(error) => {
+            let _ = error.print();
+            return BAD_INPUT;
+        }
+    };
+    match write(args, &render) {
         Ok(()) => 0,
         Err(failure) => failure.exit(),
     }
 }
 
+/// `fstop render` by itself.
+#[derive(Parser)]
+#[command(name = "fstop render")]
+struct Rendering {
+    #[command(flatten)]
+    args: RenderArgs,
+}
+
 /// Checks that `render` takes the further options: better now than after a night in a queue.
-fn understood(args: &SlurmArgs) -> Result<(), clap::Error> {
+fn understood(args: &SlurmArgs) -> Result<Rendering, clap::Error> {
     let shard = format!("1/{}", args.shards);
     let ours = [
-        "fstop",
         "render",
         "scene.pbrt",
         "-o",
@@ -120,14 +131,16 @@ fn understood(args: &SlurmArgs) -> Result<(), clap::Error> {
         &shard,
     ];
     let theirs = args.options.iter().map(String::as_str);
-    Cli::try_parse_from(ours.into_iter().chain(theirs)).map(drop)
+    Rendering::try_parse_from(ours.into_iter().chain(theirs))
 }
 
 /// Refuses options of `render` that make no sense in these scripts.
 fn fitting(option: &str) -> Result<(), String> {
     let (name, _) = option.split_once('=').unwrap_or((option, ""));
     match name {
-        "--png" | "--variance" => Err(format!("{name} is for the merge, too: write it before `--`")),
+        "--png" | "--variance" | "--half" | "--exposure" => {
+            Err(format!("{name} is for the merge, too: write it before `--`"))
+        }
         "--error" => Err("--error is reached in rounds, and these scripts are of one: see docs/farm.md".to_owned()),
         "--keep-going" => Err(
             "--keep-going: shards would end with 1, which Slurm takes for failures, and not be merged".to_owned(),
@@ -136,7 +149,7 @@ fn fitting(option: &str) -> Result<(), String> {
     }
 }
 
-fn write(args: &SlurmArgs) -> Result<(), Failure> {
+fn write(args: &SlurmArgs, render: &RenderArgs) -> Result<(), Failure> {
     args.options.iter().try_for_each(|option| fitting(option))?;
     let scene = &args.scene;
     if !scene.is_file() {
@@ -148,9 +161,18 @@ fn write(args: &SlurmArgs) -> Result<(), Failure> {
         image.push(".exr");
         image.into()
     });
-    let names = Names::of(args, &image)?;
-    let memory = { args.mem }.map(|memory| memory.mebibytes(scene));
+    let before = Process::measured();
+    let scene = render.scene(scene)?;
+    let written = OutputNames {
+        image: Some(image.clone()),
+        png: args.png.clone(),
+        ..OutputNames::default()
+    };
+    let (outputs, _) = scene.outputs(&written)?;
+    let memory = { args.mem }.map(|memory| memory.mebibytes(&scene, &before));
     let memory = memory.transpose()?;
+    render.check_shards(scene)?;
+    let names = Names::of(args, &image, &outputs)?;
     let [render, merge] = ["render.sbatch", "merge.sbatch"].map(|end| image.with_extension(end));
     for (path, template) in [(&render, RENDER), (&merge, MERGE)] {
         let script = filled(template, |name| value(name, args, memory, &names));
@@ -174,31 +196,39 @@ struct Names {
     fstop: String,
     scene: String,
     image: String,
-    /// The image without its ending: what shards' names start with.
-    stem: String,
-    /// Options of the merge.
-    merge: String,
+    /// The merge of each frame, a line each.
+    merges: String,
     /// Name of the job.
     job: String,
 }
 
 impl Names {
-    fn of(args: &SlurmArgs, image: &Path) -> Result<Names, String> {
+    fn of(args: &SlurmArgs, image: &Path, frames: &[Outputs]) -> Result<Names, String> {
         let fstop = std::env::current_exe()
             .map_err(|error| format!("it is not known where fstop lies: {error}"))?;
-        let png =
-            { args.png.as_ref() }.map(|png| Ok::<_, String>(format!(" --png {}", word(png)?)));
-        let variance = if args.variance { " --variance" } else { "" };
+        let merges: Result<String, String> = frames.iter().map(|of| merge(args, of)).collect();
         let stem = image.file_stem().unwrap_or_default().to_string_lossy();
         Ok(Names {
             fstop: word(&fstop)?,
             scene: word(&args.scene)?,
             image: word(image)?,
-            stem: word(&image.with_extension(""))?,
-            merge: png.transpose()?.unwrap_or_default() + variance,
+            merges: merges?,
             job: format!("fstop-{}", stem.replace(|c| !is_plain(c), "_")),
         })
     }
+}
+
+/// The line that merges the shards of a frame; their names start with that of the image, without its ending.
+fn merge(args: &SlurmArgs, frame: &Outputs) -> Result<String, String> {
+    let [stem, image] = [&frame.image().with_extension(""), frame.image()].map(word);
+    let mut line = format!("merge {} -o {}", stem?, image?);
+    if let Some(png) = frame.paths().nth(1) {
+        line += &format!(" --png {}", word(png)?);
+    }
+    if args.variance {
+        line += " --variance";
+    }
+    Ok(line + &args.encoding.words() + "\n")
 }
 
 /// What replaces a name of a template.
@@ -207,8 +237,7 @@ fn value(name: &str, args: &SlurmArgs, memory: Option<u64>, names: &Names) -> St
         "fstop" => names.fstop.clone(),
         "scene" => names.scene.clone(),
         "output" => names.image.clone(),
-        "stem" => names.stem.clone(),
-        "merge" => names.merge.clone(),
+        "merges" => names.merges.clone(),
         "job" => names.job.clone(),
         "shards" => args.shards.to_string(),
         "cpus" => args.cpus.to_string(),

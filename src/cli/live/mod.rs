@@ -51,8 +51,8 @@ pub(super) struct Onlookers {
 }
 
 impl LiveArgs {
-    /// Refuses a file of statistics that cannot be written, or is the scene's, or that an image is written over.
-    pub(super) fn check(&self, outputs: &[Outputs], scene: &Path) -> Result<(), Failure> {
+    /// Refuses a file of statistics that cannot be written, or is one of those that are `read`, or that an image is written over.
+    pub(super) fn check(&self, outputs: &[Outputs], read: &[PathBuf]) -> Result<(), Failure> {
         for number in 1..=outputs.len() {
             let Some(path) = self.stats_of(number) else {
                 break;
@@ -64,7 +64,7 @@ impl LiveArgs {
                 return Err(format!("--stats {path}: an image is written there").into());
             }
             let checked = output::check(&path)
-                .and_then(|()| output::check_apart(&[&path], &[scene]))
+                .and_then(|()| output::check_apart(&[&path], read))
                 .map_err(Failure::from);
             checked.map_err(|failure| failure.said(|why| format!("--stats {why}")))?;
         }

@@ -71,7 +71,6 @@ const PIXELS: u32 = 40_000;
 fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     if let Some(path) = &args.html {
         output::check(path)?;
-        output::check_apart(&[path], &[&args.scene])?;
     }
     let print = |problems: &Problems| {
         if !args.quiet {
@@ -80,6 +79,12 @@ fn study_scene(args: &TradeoffArgs) -> Result<(), Failure> {
     };
     let scene = Scene::load(&args.scene, &args.read.options(args.read.policy()))?;
     print(scene.problems());
+    if let Some(path) = &args.html {
+        output::check_apart(&[path], &scene.files_read())?;
+    }
+    if !args.quiet {
+        args.read.warn_of_no_lens(&scene);
+    }
     let frames = scene.into_frames();
     let mut frame = frames.into_iter().next().ok_or("no frame".to_string())?;
     let full = frame.resolution();
