@@ -6,6 +6,7 @@
 
 mod temporary;
 
+use std::collections::BTreeSet;
 use std::fs::OpenOptions;
 use std::io::{self, Cursor, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -110,9 +111,9 @@ pub fn check_apart(
         // Not writable, which is told elsewhere, or read-only.
         Err(_) => path.canonicalize().ok(),
     };
-    let read: Vec<PathBuf> = read
+    let read: BTreeSet<PathBuf> = read
         .iter()
-        .filter_map(|path| place(path.as_ref()))
+        .filter_map(|path| found(path.as_ref()))
         .collect();
     let mut before = Vec::new();
     for path in written.iter().map(AsRef::as_ref) {
@@ -126,6 +127,12 @@ pub fn check_apart(
         before.push(target);
     }
     Ok(())
+}
+
+/// The place of a file that is read, which is not opened for that.
+fn found(path: &Path) -> Option<PathBuf> {
+    let place = path.canonicalize().or_else(|_| std::path::absolute(path));
+    place.ok()
 }
 
 /// Checks that the disk of `path` has room for `needed` bytes, as far as that is known beforehand.
@@ -424,6 +431,23 @@ mod tests {
         ));
         let null = Path::new("/dev/null");
         check_apart(&[null, null], &[null]).expect("a device");
+        // A file that will have been made, under the name that it is written by.
+        assert_eq!(found(&path("in/../new")), Some(path("in/../new")));
+    }
+
+    /// Another program may wait for nobody to write to them.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_is_read_is_not_opened() {
+        use rustix::fs::inotify::{self, CreateFlags, WatchFlags};
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("scene"), "scene").expect("a file");
+        let watch = inotify::init(CreateFlags::NONBLOCK).expect("a watch");
+        inotify::add_watch(&watch, path("scene"), WatchFlags::OPEN).expect("a watch");
+        check_apart(&[path("page")], &[path("scene")]).expect("two files");
+        let mut told = [0_u8; 256];
+        assert!(rustix::io::read(&watch, &mut told).is_err(), "opened");
     }
 
     /// Until it is finished nothing is seen of it, and what was there stays.

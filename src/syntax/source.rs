@@ -208,13 +208,14 @@ impl SourceMap {
         self.found.borrow().clone()
     }
 
-    /// The files that were read from disk, and those that the scene has named.
+    /// The files that were read from disk, and those that the scene has named: sorted, each once.
     pub fn files_read(&self) -> Vec<PathBuf> {
         let files = self.files.borrow();
         let opened = files.iter().filter(|file| file.on_disk);
         let opened = opened.map(|file| file.path.clone());
         let named = self.named_files().into_iter().map(|(_, path)| path);
-        opened.chain(named).collect()
+        let all: BTreeSet<PathBuf> = opened.chain(named).collect();
+        all.into_iter().collect()
     }
 
     /// Returns `true` if a file was read from disk, and not from a pipe or from memory.
@@ -370,6 +371,21 @@ mod tests {
         assert_eq!(sources.bytes(file), None);
         std::fs::write(&path, "identity").expect("a file");
         assert_eq!(sources.bytes(file).as_deref(), Some(&b"identity".to_vec()));
+    }
+
+    #[test]
+    fn files_that_are_read_are_listed_once() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let [a, b] = ["a.pbrt", "b.pbrt"].map(|name| folder.path().join(name));
+        for path in [&a, &b] {
+            std::fs::write(path, "Identity").expect("a file");
+        }
+        let sources = SourceMap::new();
+        let main = sources.open(&b).expect("a file");
+        for path in [&a, &b, &a] {
+            sources.include(path, span(main, 0)).expect("a file");
+        }
+        assert_eq!(sources.files_read(), [a, b]);
     }
 
     /// The file has a length but no contents on disk, so this costs nothing.
