@@ -13,16 +13,6 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
     check_sizes(bytes, limit)?;
     let layer = part(bytes)?.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
-    if layer
-        .channel_data
-        .list
-        .iter()
-        .any(|c| c.sampling.width() != 1 || c.sampling.height() != 1)
-    {
-        return Err(
-            "it holds subsampled (luminance and chroma) channels, which are not supported".into(),
-        );
-    }
     let [r, g, b] = choose_channels(&layer.channel_data)?;
     let value =
         |channel: Option<&FlatSamples>, i| channel.map_or(0.0, |samples| sample(samples, i));
@@ -35,7 +25,10 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
 
 /// The part of the file that holds the image: the first of those that are most like one.
 pub(crate) fn part(bytes: &[u8]) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
-    let best = meta_data(bytes)?.headers.iter().map(rank).min();
+    let meta = meta_data(bytes)?;
+    let chosen = chosen(&meta)?;
+    check_channels(chosen)?;
+    let best = Some(rank(chosen));
     let every = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -66,23 +59,61 @@ impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for OfRank<C> {
     }
 }
 
-/// How little a part is like an image: 0 for one of colors that is called as [`IMAGES`] are, or not at all.
+/// The first of the parts that are most like an image.
+fn chosen(meta: &MetaData) -> Result<&Header, String> {
+    let best = meta.headers.iter().min_by_key(|header| rank(header));
+    best.ok_or_else(|| "it has no layers".to_owned())
+}
+
+/// Names of a part's channels, in capitals.
+fn capitals(header: &Header) -> Vec<String> {
+    let names = header.channels.list.iter().map(|c| c.name.to_string());
+    names.map(|name| name.to_ascii_uppercase()).collect()
+}
+
+/// Refuses what the decoder would refuse in words of its own, or take for something else.
+fn check_channels(header: &Header) -> Result<(), String> {
+    let names = capitals(header);
+    if ["RY", "BY"]
+        .iter()
+        .all(|name| names.iter().any(|n| n == name))
+    {
+        return Err("it holds luminance and chroma (channels Y, RY and BY), which are not supported: convert it to R, G and B".into());
+    }
+    let channels = header.channels.list.iter();
+    let coarse = { channels }.find(|c| c.sampling.width() != 1 || c.sampling.height() != 1);
+    match coarse {
+        Some(channel) => Err(format!(
+            "its channel {} has fewer samples than the image has pixels, which is not supported",
+            channel.name
+        )),
+        None => Ok(()),
+    }
+}
+
+/// How little a part is like an image: 0 for one of colors, or gray, that is called as [`IMAGES`] are, or not at all. Normals
+/// are stored as colors of a prefix, or as X, Y and Z; a lone Z is a depth.
 fn rank(header: &Header) -> u8 {
-    let names: Vec<String> = { header.channels.list.iter() }
-        .map(|channel| channel.name.to_string().to_ascii_uppercase())
+    let names = capitals(header);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let lasts: Vec<&str> = { names.iter() }
+        .filter_map(|name| name.rsplit('.').next())
         .collect();
-    let has = |last: &str| {
-        names
-            .iter()
-            .any(|name| name.rsplit('.').next() == Some(last))
-    };
+    let all = |of: &[&str], wanted: [&str; 3]| wanted.iter().all(|name| of.contains(name));
+    let has = |name: &str| lasts.contains(&name);
+    let is_gray = has("Y") && !(has("X") && has("Z"));
     let part = header.own_attributes.layer_name.as_ref();
     let is_named = part.is_none_or(|part| is_image(&part.to_string()));
-    match ["R", "G", "B"].map(has) {
-        _ if header.deep => 4,
-        [true, true, true] => u8::from(!is_named),
-        _ if has("Y") => 2,
-        _ => 3,
+    let rgb = ["R", "G", "B"];
+    match () {
+        () if header.deep => 7,
+        () if is_named && (all(&lasts, rgb) || is_gray) => 0,
+        () if all(&names, rgb) => 1,
+        () if all(&lasts, rgb) => 2,
+        () if is_gray => 3,
+        () if lasts.len() == 1 && !has("Z") => 4,
+        () if all(&lasts, ["X", "Y", "Z"]) => 5,
+        () => 6,
     }
 }
 
@@ -95,7 +126,7 @@ fn meta_data(bytes: &[u8]) -> Result<MetaData, String> {
 fn said(error: &exr::error::Error) -> String {
     let text = error.to_string();
     match text.contains("reference to missing bytes") {
-        true => "the file is cut off: it ends before its image does".to_owned(),
+        true => "the file is cut off or damaged: it refers to more than there is".to_owned(),
         false => text,
     }
 }
@@ -103,8 +134,7 @@ fn said(error: &exr::error::Error) -> String {
 /// Width and height of the image, and bytes of a texel with all its channels.
 pub(super) fn extent(bytes: &[u8]) -> Result<([usize; 2], u64), String> {
     let meta = meta_data(bytes)?;
-    let header = meta.headers.iter().min_by_key(|header| rank(header));
-    let header = header.ok_or("it has no layers")?;
+    let header = chosen(&meta)?;
     let size = [header.layer_size.width(), header.layer_size.height()];
     Ok((size, header.channels.bytes_per_pixel as u64))
 }
@@ -155,9 +185,6 @@ fn choose_channels(
             .map(|c| &c.sample_data)
     };
     let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
-    if ["RY", "BY"].iter().all(|name| find(name).is_some()) {
-        return Err("it holds luminance and chroma (channels Y, RY and BY), which are not supported: convert it to R, G and B".into());
-    }
     for prefix in prefixes(&names) {
         let rgb = ["R", "G", "B"].map(|c| find(&format!("{prefix}{c}")));
         if rgb.iter().any(Option::is_some) {
@@ -214,30 +241,70 @@ mod tests {
         bytes
     }
 
+    /// The same with 2 × 2 pixels for each sample of some channels, which the encoder does not write.
+    fn subsampled(mut bytes: Vec<u8>, channels: &[&str]) -> Vec<u8> {
+        for channel in channels {
+            let name = [channel.as_bytes(), &[0]].concat();
+            let is_here = |at: &usize| bytes[*at..].starts_with(&name);
+            let at = (1..bytes.len()).find(is_here).expect("the channel") + name.len();
+            // After the type of its samples and how they are quantized.
+            bytes[at + 8..at + 16].copy_from_slice(&[2, 0, 0, 0, 2, 0, 0, 0]);
+        }
+        bytes
+    }
+
+    fn error(bytes: &[u8]) -> String {
+        read(bytes, SizeLimit::for_file(bytes.len())).expect_err("no image")
+    }
+
     #[test]
     fn the_part_of_the_image_is_read() {
         let rgb = ["R", "G", "B"].as_slice();
-        for parts in [
-            [("depth", ["Z"].as_slice()), ("all", rgb)],
-            [("all", &["Z", "A"]), ("beauty", rgb)],
-            [("gray", &["Y"]), ("left", rgb)],
+        let (xyz, normals) = (["X", "Y", "Z"].as_slice(), ["N.R", "N.G", "N.B"].as_slice());
+        let color = Rgb::new(82.0, 71.0, 66.0);
+        let gray = |name: u8| Rgb::new(1.0, 1.0, 1.0) * f32::from(name);
+        for (parts, expected) in [
+            ([("depth", ["Z"].as_slice()), ("all", rgb)], color),
+            ([("all", &["Z", "A"]), ("beauty", rgb)], color),
+            ([("gray", &["Y"]), ("left", rgb)], color),
+            (
+                [
+                    ("albedo", &["albedo.R", "albedo.G", "albedo.B"]),
+                    ("main", rgb),
+                ],
+                color,
+            ),
+            ([("N", xyz), ("left", rgb)], color),
+            ([("N", normals), ("beauty", &["Y"])], gray(b'Y')),
+            ([("N", xyz), ("gray", &["Y", "A"])], gray(b'Y')),
+            ([("N", xyz), ("height", &["L"])], gray(b'L')),
+            ([("depth", &["Z"]), ("height", &["L"])], gray(b'L')),
         ] {
             let bytes = file(&parts);
             let image = read(&bytes, SizeLimit::for_file(bytes.len())).expect("an image");
-            assert_eq!(image.pixel(1, 0), Rgb::new(82.0, 71.0, 66.0), "{parts:?}");
+            assert_eq!(image.pixel(1, 0), expected, "{parts:?}");
         }
     }
 
     #[test]
     fn what_is_no_image_is_said() {
-        let error = |bytes: &[u8]| read(bytes, SizeLimit::for_file(bytes.len())).unwrap_err();
-        let of = |channels: &[&str]| error(&file(&[("all", channels)]));
-        assert!(of(&["Z"]).contains("a depth"));
-        assert!(of(&["Y", "RY", "BY"]).contains("luminance and chroma"));
-        let whole = file(&[("all", &["R", "G", "B"])]);
+        let of = |channels: &[&str]| file(&[("all", channels)]);
+        assert!(error(&of(&["Z"])).contains("a depth"));
+        let chroma = of(&["Y", "RY", "BY"]);
+        assert!(error(&chroma).contains("luminance and chroma"));
+        let whole = of(&["R", "G", "B"]);
         for end in [20, whole.len() - 4] {
-            assert!(error(&whole[..end]).contains("cut off"), "{end}");
+            assert!(error(&whole[..end]).contains("cut off or damaged"), "{end}");
         }
+    }
+
+    #[test]
+    fn subsampled_channels_are_named() {
+        let of = |channels: &[&str]| file(&[("all", channels)]);
+        let chroma = subsampled(of(&["Y", "RY", "BY"]), &["RY", "BY"]);
+        assert!(error(&chroma).contains("luminance and chroma"));
+        let other = subsampled(of(&["A", "Y"]), &["Y"]);
+        assert!(error(&other).contains("its channel Y has fewer samples"));
     }
 
     /// As Blender and others name them.
