@@ -128,8 +128,8 @@ fn no_color(path: &Path, layer: &FlatLayer) -> ReadError {
     let found: Vec<&str> = CHANNELS.iter().copied().filter(is_there).collect();
     let path = path.to_owned();
     match found.len() {
-        // A file of one channel is gray, whatever that is called.
-        1 | 2 if channels.len() > 1 => ReadError::Partial {
+        // A file of one other channel is gray, whatever that is called.
+        1 | 2 => ReadError::Partial {
             path,
             found: found.join(" and "),
         },

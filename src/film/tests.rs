@@ -305,4 +305,13 @@ fn what_is_no_image_is_an_error() {
     assert!(read(&path).is_err());
     std::fs::write(&path, b"not an exr").unwrap();
     assert!(matches!(read(&path), Err(ReadError::Exr { .. })));
+    // One color is no gray, whether alone or not.
+    for channels in [["R"].as_slice(), &["B"], &["G", "R"], &["A", "R"]] {
+        use ::exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, WritableImage};
+        let channel = |name: &&str| AnyChannel::new(*name, FlatSamples::F32(vec![1.0; 2]));
+        let channels = AnyChannels::sort(channels.iter().map(channel).collect());
+        let file = Image::from_channels((2, 1), channels);
+        file.write().to_file(&path).expect("a file");
+        assert!(matches!(read(&path), Err(ReadError::Partial { .. })));
+    }
 }
