@@ -64,6 +64,9 @@ pub struct Scene {
 /// A suite file is text of people: one beyond this is something else.
 const LARGEST: u64 = 16 << 20;
 
+/// So many mistakes of its form are told, each with the cost of reading it anew.
+const MISTAKES: usize = 100;
+
 /// Seeds of a reference unless the suite says otherwise: four halve its part of the difference's error, and the noise of
 /// the difference is then a quarter of what one would leave.
 const BASELINE_RUNS: u64 = 4;
@@ -77,6 +80,9 @@ struct FileTable {
     renderer: BTreeMap<String, RendererTable>,
     #[serde(default)]
     scene: Vec<Spanned<SceneTable>>,
+    /// No scene was taken out, and nothing beside them, for its mistakes.
+    #[serde(skip)]
+    is_complete: bool,
 }
 
 #[derive(Deserialize, Default)]
@@ -206,7 +212,7 @@ impl Reader<'_> {
             options,
             scenes: Vec::new(),
         };
-        if tables.scene.is_empty() {
+        if tables.scene.is_empty() && tables.is_complete {
             let help = "[[scene]]\nfile = \"scene.pbrt\"";
             let error = Diagnostic::error("the suite has no scenes").with_help(help);
             self.problems.push(error.at(self.at(0..0)));
@@ -236,25 +242,34 @@ impl Reader<'_> {
         if !errors.is_empty() {
             return None;
         }
-        let mut is_whole = true;
-        loop {
+        let (mut is_whole, all) = (true, entries(&root));
+        // Where the tables begin from which something unknown was taken out.
+        let mut reduced = BTreeSet::new();
+        for _ in 0..MISTAKES {
             let error = match FileTable::deserialize(Deserializer::from(root.clone())) {
-                Ok(tables) => return is_whole.then_some(tables),
+                Ok(mut tables) => {
+                    tables.is_complete = entries(&root) == all;
+                    return is_whole.then_some(tables);
+                }
                 Err(error) => error,
             };
+            let start = error.span().map(|at| at.start);
+            let message = error.message();
+            let is_unknown = message.starts_with("unknown field");
             // What is missing may be what was taken out, or could not be understood.
-            if is_whole || !error.message().starts_with("missing field") {
+            let is_lost = !is_whole || start.is_some_and(|start| reduced.contains(&start));
+            if !(is_lost && message.starts_with("missing field")) {
                 self.refuse(text, &error);
             }
             // A scene without its file is left out, and so is what is unknown.
-            let is_left = ["unknown field", "missing field `file`"];
-            is_whole &= is_left
-                .iter()
-                .any(|known| error.message().starts_with(known));
-            if !take_out(root.get_mut(), error.span()?.start) {
-                return None;
+            is_whole &= is_unknown || message.starts_with("missing field `file`");
+            let from = take_out(root.get_mut(), 0, start?)?;
+            if is_unknown {
+                reduced.insert(from);
             }
         }
+        self.problems.push(Diagnostic::error("… and more"));
+        None
     }
 
     /// What TOML itself, or the shape of the tables, forbids.
@@ -406,7 +421,8 @@ impl Reader<'_> {
             None => self.name(name_of(&file), own.file.span()),
         };
         let renderer = own.renderer.as_ref().or(settings.renderer.as_ref());
-        let renderer = self.renderer(renderer, place, commands).cloned().flatten();
+        let found = self.renderer(renderer, place, commands, tables.is_complete);
+        let renderer = found.cloned().flatten();
         let sha256 = own.sha256.as_ref().map(|sum| self.sum(sum));
         let spp = self.positive(own.spp.as_ref().or(settings.spp.as_ref()));
         let timeout = self.timeout(own.timeout.as_ref().or(settings.timeout.as_ref()));
@@ -456,10 +472,11 @@ impl Reader<'_> {
         name: Option<&Spanned<String>>,
         place: Range<usize>,
         commands: &'b BTreeMap<String, Option<(Template, String)>>,
+        is_complete: bool,
     ) -> Option<&'b Option<(Template, String)>> {
         if let Some(name) = name {
             let found = commands.get(name.get_ref());
-            if found.is_none() {
+            if found.is_none() && is_complete {
                 let message = format!("there is no renderer `{}`", name.get_ref());
                 let error = Diagnostic::error(message).at(self.at(name.span()));
                 let known = commands.keys().map(String::as_str);
@@ -471,6 +488,7 @@ impl Reader<'_> {
         let mut all = commands.values();
         match (all.next(), all.next()) {
             (Some(only), None) => Some(only),
+            (None, _) if !is_complete => None,
             (None, _) => {
                 let error = Diagnostic::error("the suite has no renderer").at(self.at(place));
                 let help = "[renderer.fstop]\ncommand = \"{fstop} render {scene} -o {output} --seed {seed} --spp {spp} --variance\"";
@@ -551,39 +569,54 @@ impl Reader<'_> {
     }
 }
 
-/// Takes out the innermost entry that an error at this byte is about. Returns `true` if there is one.
-fn take_out(table: &mut DeTable, at: usize) -> bool {
+/// How many entries a table has, with the items of those that are arrays.
+fn entries(table: &Spanned<DeTable>) -> usize {
+    let of = |value: &Spanned<DeValue>| match value.get_ref() {
+        DeValue::Array(items) => 1 + items.len(),
+        _ => 1,
+    };
+    table.get_ref().iter().map(|(_, value)| of(value)).sum()
+}
+
+/// Takes out the innermost entry that an error at this byte is about, of a table that begins at `start`. Returns where the
+/// table or array begins that it was in, if there is one.
+fn take_out(table: &mut DeTable, start: usize, at: usize) -> Option<usize> {
     let mut gone = None;
     for (key, value) in table.iter_mut() {
         let is_here = key.span().contains(&at) || value.span().contains(&at);
-        let is_inside = match value.get_mut() {
-            DeValue::Table(inner) => take_out(inner, at),
-            DeValue::Array(items) => take_out_of(items, at),
-            _ => false,
+        let inner_start = value.span().start;
+        let inside = match value.get_mut() {
+            DeValue::Table(inner) => take_out(inner, inner_start, at),
+            DeValue::Array(items) => take_out_of(items, inner_start, at),
+            _ => None,
         };
-        if is_inside {
-            return true;
+        if inside.is_some() {
+            return inside;
         }
         if is_here {
             gone = Some(key.clone());
         }
     }
-    gone.is_some_and(|key| table.remove(&key).is_some())
+    table.remove(&gone?).map(|_| start)
 }
 
 /// The same of an array, whose items may be tables.
-fn take_out_of(items: &mut DeArray, at: usize) -> bool {
-    let of_item = |item: &mut Spanned<DeValue>| match item.get_mut() {
-        DeValue::Table(inner) => take_out(inner, at),
-        _ => false,
+fn take_out_of(items: &mut DeArray, start: usize, at: usize) -> Option<usize> {
+    let of_item = |item: &mut Spanned<DeValue>| {
+        let start = item.span().start;
+        match item.get_mut() {
+            DeValue::Table(inner) => take_out(inner, start, at),
+            _ => None,
+        }
     };
-    if items.iter_mut().any(of_item) {
-        return true;
+    let inside = items.iter_mut().find_map(of_item);
+    if inside.is_some() {
+        return inside;
     }
     let count = items.len();
     let others = { items.clone().into_iter() }.filter(|item| !item.span().contains(&at));
     *items = others.collect();
-    items.len() < count
+    (items.len() < count).then_some(start)
 }
 
 /// A scene's name by its file: without an extension, and without what leads out of the suite's folder.

@@ -557,7 +557,7 @@ fn suite_files_are_read_with_care() {
         "{both}"
     );
     let all = said(&format!(
-        "{scene}name = \"..\"\ntimeout = 0\nsha256 = \"12\"\nspq = 1\n[[scene]]\nsed = 1\n[suite]\nalpha = 2\nalhpa = 1\n{renderer}"
+        "{scene}name = \"..\"\ntimeout = 0\nsha256 = \"12\"\nspq = 1\n[[scene]]\nspp = 1\n[[scene]]\nsed = 1\n[suite]\nalpha = 2\nalhpa = 1\n{renderer}"
     ));
     for message in [
         "is no name for an image's files",
@@ -570,6 +570,25 @@ fn suite_files_are_read_with_care() {
     ] {
         assert!(all.contains(message), "{message}\n{all}");
     }
+    assert_eq!(all.matches("missing field").count(), 1, "{all}");
+    // Nothing is missing that was only misspelled.
+    let misspelled = "[[scnee]]\nfile = \"ball.pbrt\"\n";
+    for text in [
+        format!("{misspelled}{renderer}"),
+        format!("[[scene]]\nfiel = \"ball.pbrt\"\n{renderer}"),
+        format!("{scene}[rendrer.fstop]\ncommand = \"x {{scene}} {{output}}\"\n"),
+        format!("{scene}[renderer.fstop]\ncomand = \"x {{scene}} {{output}}\"\n"),
+    ] {
+        let said = said(&text);
+        assert!(said.contains("unknown field"), "{text}\n---\n{said}");
+        for untrue in ["missing field", "no scenes", "no renderer"] {
+            assert!(!said.contains(untrue), "{text}\n---\n{said}");
+        }
+    }
+    let unknown: String = (0..500).map(|i| format!("k{i} = 1\n")).collect();
+    let many = said(&format!("{scene}{unknown}{renderer}"));
+    assert_eq!(many.matches("unknown field").count(), 100, "{many}");
+    assert!(many.contains("… and more"), "{many}");
     let types = said("[[scene]]\nfile = 3\n[[scene]]\nspp = \"x\"\n[suite]\nalpha = \"a\"\n");
     assert!(types.matches("invalid type").count() == 3, "{types}");
     std::fs::write(folder.path("suite.toml"), [b'a', 0xff]).expect("a file");
