@@ -41,8 +41,8 @@ impl CheckpointArgs {
         self.checkpoint_every
     }
 
-    /// Refuses a checkpoint that an image would be written over, and unfinished images over files that are `read`.
-    pub(super) fn check(&self, outputs: &[Outputs], read: &[PathBuf]) -> Result<(), Failure> {
+    /// Refuses a checkpoint that an image would be written over.
+    pub(super) fn check(&self, outputs: &[Outputs]) -> Result<(), Failure> {
         let place = |path: &Path| std::path::absolute(path).ok();
         let images = || outputs.iter().flat_map(Outputs::paths);
         for number in 1..=outputs.len() {
@@ -54,8 +54,7 @@ impl CheckpointArgs {
                 return Err(format!("--checkpoint {path}: an image is written there").into());
             }
         }
-        let unfinished: Vec<PathBuf> = images().map(partial).collect();
-        Ok(check_apart(&unfinished, read)?)
+        Ok(())
     }
 
     /// The checkpoint of one frame, if it is to have one. Pipes and devices have nothing beside them.
@@ -87,6 +86,13 @@ fn with_more(path: &Path, ending: &str) -> PathBuf {
 pub(super) fn partial(path: &Path) -> PathBuf {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
     path.with_extension(format!("partial.{ending}"))
+}
+
+/// Refuses unfinished images that would be written over files that are `read`. Shards write none.
+pub(super) fn check_unfinished(outputs: &[Outputs], read: &[PathBuf]) -> Result<(), Failure> {
+    let images = outputs.iter().flat_map(Outputs::paths);
+    let unfinished: Vec<PathBuf> = images.map(partial).collect();
+    Ok(check_apart(&unfinished, read)?)
 }
 
 /// From now on Ctrl-C, and what a cluster sends before it ends a job, set a flag. A second Ctrl-C ends the program at

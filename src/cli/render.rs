@@ -305,11 +305,14 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     // All of them before the first is rendered: a misspelled folder should not be noticed after a night's work.
     let (outputs, problems) = scene.outputs(&names)?;
     let read = scene.files_read();
-    args.checkpoint.check(&outputs, &read)?;
+    let shards = args.shard.range()?;
+    args.checkpoint.check(&outputs)?;
+    if shards.is_none() {
+        checkpoint::check_unfinished(&outputs, &read)?;
+    }
     args.live.check(&outputs, &read)?;
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
-    let shards = args.shard.range()?;
     warn_of_no_effect(args, &outputs, shards.is_some());
     let listening = Once::new();
     let frames = outputs.len();

@@ -107,7 +107,7 @@ pub(super) fn of_frames(
     for (number, frame) in (1..).zip(frames) {
         let mut outputs = Outputs::new(names, frame, number);
         if all.iter().any(|earlier| earlier.same_image(&outputs)) {
-            outputs.image = numbered(&outputs.image, number);
+            outputs.image = free(&outputs.image, number, &all);
             let message = format!(
                 "an earlier frame is written to this file: `{}` is used for frame {number}",
                 outputs.image.display()
@@ -121,6 +121,16 @@ pub(super) fn of_frames(
         all.push(outputs);
     }
     all
+}
+
+/// A name of an image with a number, `number` or the next that no earlier frame has.
+fn free(image: &Path, number: usize, earlier: &[Outputs]) -> PathBuf {
+    let is_taken = |path: &Path| earlier.iter().any(|one| same_file(&one.image, path));
+    let mut number = number;
+    while is_taken(&numbered(image, number)) {
+        number += 1;
+    }
+    numbered(image, number)
 }
 
 /// Reports outputs that cannot be written; where the scene names them, at that place.

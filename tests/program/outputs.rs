@@ -128,9 +128,39 @@ fn no_file_is_overwritten_that_is_read_or_written_besides() {
         assert_eq!(run.code, 2, "{options}\n{}", run.stderr);
         assert!(run.stderr.contains(why), "{options}\n{}", run.stderr);
     }
+    // Shards write no unfinished image.
+    let unfinished = sphere.replace("part.png", "a.partial.exr");
+    std::fs::write(folder.path("a.partial.exr"), textured).expect("a file");
+    std::fs::write(folder.path("p.pbrt"), unfinished).expect("a file");
+    let whole = ["render", "p.pbrt", "--spp", "1", "-o", "a.exr"];
+    let run = fstop_in(folder.0.path(), whole);
+    let why = "a.partial.exr: is not overwritten";
+    assert!(run.code == 2 && run.stderr.contains(why), "{}", run.stderr);
+    let run = fstop_in(folder.0.path(), [&whole[..], &["--shard", "1/1"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
     let after = [image, scene, lens].map(|path| std::fs::read(path).expect("a file"));
     assert!(before == after);
     assert!(!folder.path("page").exists());
+}
+
+#[test]
+fn each_frame_has_a_name_of_its_own() {
+    let folder = Folder::new();
+    let frame = |name: &str| {
+        format!(
+            "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4 \"string filename\" \"{name}\" WorldBegin Shape \"sphere\" WorldEnd\n"
+        )
+    };
+    let scene = ["p.exr", "p.3.exr", "p.exr"].map(frame).concat();
+    std::fs::write(folder.path("s.pbrt"), scene).expect("a scene");
+    let run = fstop_in(folder.0.path(), ["render", "s.pbrt", "--spp", "1"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("`p.4.exr` is used for frame 3"),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(folder.names(), ["p.3.exr", "p.4.exr", "p.exr", "s.pbrt"]);
 }
 
 /// Before anything is rendered, measured or compared, and nothing is left lying about.
