@@ -223,6 +223,9 @@ fn what_slurm_would_refuse_is_refused_now() {
         assert_eq!(run.code, 2, "{options:?}");
         assert!(run.stderr.contains(expected), "{options:?}\n{}", run.stderr);
     }
+    let help = slurm(&folder, &["--shards", "2", "--", "--help"]).stdout;
+    let is_help = help.starts_with("Renders a scene") && help.contains("Usage: fstop render [");
+    assert!(is_help, "{help}");
     let run = slurm(&folder, &["--shards", "2", "-o", "no/such/a.exr"]);
     assert_eq!(
         run.code, 74,

@@ -111,7 +111,11 @@ pub(super) fn run(args: &SlurmArgs) -> u8 {
 
 /// `fstop render` by itself.
 #[derive(Parser)]
-#[command(name = "fstop render")]
+#[command(
+    bin_name = "fstop render",
+    about = "Renders a scene file to an image",
+    long_about = None
+)]
 struct Rendering {
     #[command(flatten)]
     args: RenderArgs,
