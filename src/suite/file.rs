@@ -64,8 +64,9 @@ pub struct Scene {
 /// A suite file is text of people: one beyond this is something else.
 const LARGEST: u64 = 16 << 20;
 
-/// So many mistakes of its form are told, each with the cost of reading it anew.
-const MISTAKES: usize = 100;
+/// So many mistakes of its form are told, each with the cost of reading it anew; with the note that there are more they are
+/// as many messages as are printed.
+const MISTAKES: usize = 99;
 
 /// Seeds of a reference unless the suite says otherwise: four halve its part of the difference's error, and the noise of
 /// the difference is then a quarter of what one would leave.
