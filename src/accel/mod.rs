@@ -23,6 +23,7 @@ pub mod memory;
 mod node;
 mod packet;
 mod passage;
+mod places;
 mod primitive;
 mod ray;
 mod resolve;

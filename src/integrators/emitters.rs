@@ -20,6 +20,8 @@ pub(super) struct Emitters {
     unguided: EmitterChoice,
     /// The scene that lights at infinity shine on.
     pub scene: SceneSphere,
+    /// Of each light, where it sends light from which some may gather; none before it was looked for.
+    aims: Vec<Option<AdaptiveDensity>>,
     /// Of each light, where one was learned.
     guides: Vec<Option<EmissionGuide>>,
 }
@@ -36,6 +38,11 @@ pub(super) struct Chosen {
     guided: Option<Sampled>,
 }
 
+/// Points that paths are aimed at, those of all lights, and of each where there are many; lights that would have fewer aim at none.
+const POINTS: usize = 1 << 13;
+const MAX_POINTS: usize = 1 << 16;
+const MIN_POINTS: usize = 1 << 6;
+
 /// Numbers of sample streams are multiples of this.
 const RESOLUTION: f32 = 1.0 / (1u32 << 23) as f32;
 
@@ -48,6 +55,7 @@ impl Emitters {
             unguided: choice.clone(),
             choice,
             scene: SceneSphere { center, radius },
+            aims: Vec::new(),
             guides: Vec::new(),
         }
     }
@@ -138,6 +146,26 @@ impl Emitters {
         }
     }
 
+    /// Aims paths at what light may gather from, before it is known where they pay.
+    pub(super) fn aim(&mut self, world: &World) {
+        let points = world.points_of_caustics(POINTS);
+        if points.is_empty() {
+            return;
+        }
+        let lights = world.sampled_lights();
+        let step = (points.len() * lights.len()).div_ceil(MAX_POINTS);
+        if points.len() < step * MIN_POINTS {
+            return;
+        }
+        let toward = |(i, light)| {
+            let points = points.iter().copied().skip(i % step).step_by(step);
+            EmissionGuide::toward(light, &self.scene, points)
+        };
+        self.aims = lights.iter().enumerate().map(toward).collect();
+        let guide = |aim: &Option<AdaptiveDensity>| EmissionGuide::new(aim.clone()?);
+        self.guides = self.aims.iter().map(guide).collect();
+    }
+
     /// Begins paths where it pays, by what was `learned` from so many `paths`.
     pub(super) fn learn(&mut self, learned: &[Learned], paths: usize) {
         let mut of_lights = vec![Vec::new(); self.unguided.cells()];
@@ -158,9 +186,11 @@ impl Emitters {
         };
         let masses: Vec<f64> = densities.iter().map(mass).collect();
         self.choice = self.unguided.mixed(&masses, 1.0 - EmissionGuide::UNGUIDED);
-        self.guides = densities
-            .into_iter()
-            .map(|density| density.map(EmissionGuide::new))
+        let aims = self.aims.iter().map(Option::as_ref);
+        let aims = aims.chain(std::iter::repeat(None));
+        let lights = densities.into_iter().zip(&of_lights).zip(aims);
+        self.guides = lights
+            .map(|((learned, found), aim)| EmissionGuide::new(aimed(learned, found.len(), aim)?))
             .collect();
     }
 
@@ -184,6 +214,21 @@ impl Emitters {
             Some(guide) => guide.mixed(light, &self.scene, alone, p, d),
             None => alone,
         }
+    }
+}
+
+/// What was `learned` from so many paths that were `found`, with the share of its `aim` that one more might have.
+fn aimed(
+    learned: Option<AdaptiveDensity>,
+    found: usize,
+    aim: Option<&AdaptiveDensity>,
+) -> Option<AdaptiveDensity> {
+    match (learned, aim) {
+        (Some(learned), Some(aim)) => {
+            let share = 1.0 / (1.0 + (found as f32).sqrt());
+            Some(learned.mixed(aim, share))
+        }
+        (learned, aim) => learned.or(aim.cloned()),
     }
 }
 
@@ -258,5 +303,101 @@ mod tests {
             assert!(largest < 2.5 / count.sqrt(), "{i}: {largest} of {count}");
         }
         assert!(shared > 10 && alone > 10, "{shared} {alone}");
+    }
+
+    /// A ball of glass, one far away, and one of an object that is placed three times; a matte floor that nobody asks for.
+    #[test]
+    fn points_are_where_the_surfaces_are_and_as_many_for_each() {
+        let ball = "Shape \"sphere\" \"float radius\" .01";
+        let text = format!(
+            "Integrator \"bdpt\" WorldBegin Material \"matte\" Shape \"disk\" \"float radius\" 50 Material \"glass\" {ball} \
+             AttributeBegin Translate 100 0 0 {ball} AttributeEnd \
+             AttributeBegin Rotate 90 1 0 0 Shape \"trianglemesh\" \"integer indices\" [0 1 2 2 1 3] \"point P\" [0 5 0 1 5 0 0 6 0 9 9 0] AttributeEnd \
+             ObjectBegin \"o\" {ball} ObjectEnd Translate 0 7 0 ObjectInstance \"o\" Translate 0 7 0 ObjectInstance \"o\" \
+             Translate 0 7 0 ActiveTransform EndTime Translate 0 0 8 ActiveTransform All ObjectInstance \"o\" WorldEnd"
+        );
+        let world = job(&text).world;
+        let camera = world.geometry.bounds();
+        let points = world.points_of_caustics(1200);
+        assert_eq!(points.len(), 600, "{camera:?}");
+        let near = |at: Vec3, to: Vec3| (to - at).abs().max_element() <= 0.0101;
+        let count = |at: [f32; 3]| points.iter().filter(|&&p| near(at.into(), p)).count();
+        for at in [
+            [0.0; 3],
+            [100.0, 0.0, 0.0],
+            [0.0, 7.0, 0.0],
+            [0.0, 14.0, 0.0],
+        ] {
+            assert_eq!(count(at), 100, "{at:?}");
+        }
+        let moving = |p: &&Vec3| (p.y - 21.0).abs() < 0.02 && (-0.02..8.02).contains(&p.z);
+        assert_eq!(points.iter().filter(moving).count(), 100);
+        let in_mesh = |p: &&Vec3| p.y.abs() < 1e-5 && p.z >= 5.0 && p.x + p.z >= 5.0;
+        let in_mesh: Vec<&Vec3> = points.iter().filter(in_mesh).collect();
+        assert_eq!(in_mesh.len(), 100);
+        // By area: the triangles have 0.5 and 3 of it, less what chance does to a hundred.
+        let small = in_mesh.iter().filter(|p| p.x + p.z < 6.0).count();
+        assert!((5..30).contains(&small), "{small}");
+    }
+
+    #[test]
+    fn there_are_none_where_all_is_diffuse_or_nothing() {
+        for shapes in ["", "Shape \"sphere\""] {
+            let world = job(&format!("WorldBegin {shapes} WorldEnd")).world;
+            assert!(world.points_of_caustics(100).is_empty());
+        }
+    }
+
+    /// Some of very many parts are taken, from all over.
+    #[test]
+    fn of_many_parts_some_get_a_point() {
+        let balls: String = (0..1000)
+            .map(|i| format!("AttributeBegin Translate {i} 0 0 Shape \"sphere\" \"float radius\" .1 AttributeEnd\n"))
+            .collect();
+        let world = job(&format!("WorldBegin Material \"mirror\" {balls} WorldEnd")).world;
+        let points = world.points_of_caustics(20);
+        let expected = (0..10).map(|i| i as f32 * 100.0);
+        for (p, x) in points.iter().zip(expected) {
+            assert!((p.x - x).abs() < 0.11, "{p} {x}");
+        }
+        assert_eq!(points.len(), 10);
+    }
+
+    /// Light that is aimed meets what is small and far away; where nothing gathers light, or of too many lights, none is aimed.
+    #[test]
+    fn paths_are_aimed_at_what_gathers_light() {
+        let lights = [
+            "LightSource \"point\" \"point from\" [0 5 0]",
+            "LightSource \"distant\"",
+            "AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" .1",
+        ];
+        let text = |light: &str, material: &str| {
+            format!(
+                "Integrator \"bdpt\" WorldBegin AttributeBegin {light} AttributeEnd Material \"{material}\" \
+                 Translate 30 0 0 Shape \"sphere\" \"float radius\" .05 Material \"matte\" Shape \"disk\" \"float radius\" 60 WorldEnd"
+            )
+        };
+        for light in lights {
+            let hits = |material: &str| {
+                let job = job(&text(light, material));
+                let mut emitters = Emitters::new(&job.world);
+                emitters.aim(&job.world);
+                let n = 4096;
+                let hit = (0..n).filter(|&i| {
+                    let mut chosen = emitters.choose(&mut job.sampler.light_stream(i)).unwrap();
+                    emitters.guide(&job.world, [&mut chosen]);
+                    let Some(Emission { p, d, .. }) = emitters.emit(&job.world, &chosen) else {
+                        return false;
+                    };
+                    let from_ball = Vec3::new(30.0, 0.0, 0.0) - p;
+                    from_ball.dot(d) > 0.0 && from_ball.reject_from(d).length() < 0.05
+                });
+                hit.count() as f64 / n as f64
+            };
+            // Three quarters are aimed at the box around the ball, but each from another place of a lamp: 3 % of these meet it, and half of others. By
+            // chance one in 10⁶ would.
+            let (aimed, not) = (hits("mirror"), hits("matte"));
+            assert!(aimed > 0.02 && not < 0.001, "{light}: {aimed} {not}");
+        }
     }
 }

@@ -351,6 +351,13 @@ impl Integrator {
         self.spec.beginning(job, &self.lights, stream)
     }
 
+    /// Aims light paths at what may gather light, before anything is learned.
+    pub fn aim_emission(&mut self, world: &World) {
+        if let Some(emitters) = &mut self.lights.emitters {
+            emitters.aim(world);
+        }
+    }
+
     /// Begins light paths where they bring much, by what was `learned` from so many `paths`.
     pub fn guide_emission(&mut self, learned: &[Learned], paths: usize) {
         if let Some(emitters) = &mut self.lights.emitters {

@@ -9,6 +9,7 @@ use super::emission::{Emission, EmissionDensity, SceneSphere};
 use super::kinds::Light;
 use crate::math::adaptive_density::{AdaptiveDensity, Sampled};
 use crate::math::angle::turns;
+use crate::math::hash::{mix2, unit_float};
 use crate::math::sampling::BELOW_ONE;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -40,9 +41,31 @@ impl EmissionGuide {
         }
     }
 
-    /// From the density on the square of [`place_of_ray`].
-    pub fn new(density: AdaptiveDensity) -> EmissionGuide {
-        EmissionGuide { density }
+    /// From the density on the square of [`place_of_ray`]; `None` where that leads nowhere.
+    pub fn new(density: AdaptiveDensity) -> Option<EmissionGuide> {
+        (!density.is_even()).then_some(EmissionGuide { density })
+    }
+
+    /// The density on the square of [`place_of_ray`] of rays to `points` in the scene, each from a place on the light; `None` where it sends nothing to them. Before anything is learned: paths
+    /// to what is small would be too few to learn from (projection maps: Jensen 2001, §5.2).
+    pub fn toward(
+        light: &Light,
+        scene: &SceneSphere,
+        points: impl Iterator<Item = Vec3>,
+    ) -> Option<AdaptiveDensity> {
+        let place = |(i, point): (usize, Vec3)| {
+            let u = |k: u64| unit_float(mix2(i as u64, k));
+            let (u_position, u_direction) = (Vec2::new(u(0), u(1)), Vec2::new(u(2), u(3)));
+            let from = light.emit(scene, u_position, u_direction)?;
+            if light.is_at_infinity() {
+                return Some(place_of_ray(light, scene, point, from.d));
+            }
+            let d = (point - from.p).try_normalize()?;
+            let lit = light.emit_toward(u_position, d)?.if_any()?;
+            Some(place_of_ray(light, scene, lit.p, d))
+        };
+        let places: Vec<Vec2> = points.enumerate().filter_map(place).collect();
+        AdaptiveDensity::of_points(&places)
     }
 
     /// What leads to a guided ray from these numbers in [0, 1)²; `None` for one that begins without the guide.

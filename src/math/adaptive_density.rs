@@ -1,14 +1,14 @@
 //! A piecewise-constant density on the unit square, fine where much was found: the square is halved, alternately along u
 //! and v, as often as samples are worth it (the directional tree of Müller, Gross and Novák 2017, §3.1, with two
 //! branches instead of four). A half has at least the share that one sample would give it, though there is none: rarely sampled, what is found
-//! there after all would be as bright as it is rare.
+//! there after all would be as bright as it is rare. If one half after the other has none, what was missed is more likely in the larger ones.
 
 use super::Vec2;
 use super::sampling::BELOW_ONE;
 use arrayvec::ArrayVec;
 
-/// Halvings of a cell at most: sides of 1/256.
-const MAX_DEPTH: u32 = 16;
+/// Halvings of a cell at most: sides of 1/4096. A sun's disk is as wide as the scene, and what gathers its light may be small.
+const MAX_DEPTH: u32 = 24;
 
 /// Samples of a cell that is halved: with fewer, its halves would show noise.
 const SPLIT_SAMPLES: usize = 16;
@@ -50,6 +50,51 @@ struct Node {
     halves: u32,
 }
 
+impl Node {
+    /// One without halves, before it has a density.
+    const CELL: Node = Node {
+        low: 0.5,
+        halves: 0,
+    };
+
+    /// The shares of its halves, which for a cell are the same.
+    fn shares(self) -> [f32; 2] {
+        let low = if self.halves == 0 { 0.5 } else { self.low };
+        [low, 1.0 - low]
+    }
+}
+
+/// A node of a density, and the probability that it is to have: in double precision, as it may be a product of 24 small shares.
+#[derive(Clone, Copy)]
+struct Mass<'d> {
+    of: &'d AdaptiveDensity,
+    node: usize,
+    mass: f64,
+}
+
+impl<'d> Mass<'d> {
+    fn of(of: &'d AdaptiveDensity, mass: f64) -> Mass<'d> {
+        Mass { of, node: 0, mass }
+    }
+
+    /// Its lower or upper half: of a cell the same cell, and half of its mass.
+    fn half(self, half: usize) -> Mass<'d> {
+        let node = self.of.nodes[self.node];
+        Mass {
+            node: match node.halves {
+                0 => self.node,
+                halves => halves as usize + half,
+            },
+            mass: self.mass * f64::from(node.shares()[half]),
+            ..self
+        }
+    }
+
+    fn is_cell(self) -> bool {
+        self.of.nodes[self.node].halves == 0
+    }
+}
+
 impl AdaptiveDensity {
     /// The density that samples f with the least variance, ∝ √⟨f²⟩, from so many samples of which `found` are those that are not
     /// zero. `None` if there are none.
@@ -58,27 +103,74 @@ impl AdaptiveDensity {
         if !(all > 0.0 && all.is_finite()) {
             return None;
         }
+        let root = |all: f64, area: f64| (all * area).sqrt();
+        let mut density = AdaptiveDensity::filled(found, all, root);
+        density.total /= (samples as f64).sqrt();
+        Some(density)
+    }
+
+    /// The density that follows `points`. `None` if there are none.
+    pub fn of_points(points: &[Vec2]) -> Option<AdaptiveDensity> {
+        let found = |&at: &Vec2| Found { at, square: 1.0 };
+        let mut found: Vec<Found> = points.iter().map(found).collect();
+        let all = found.len() as f64;
+        (all > 0.0).then(|| AdaptiveDensity::filled(&mut found, all, |all, _| all))
+    }
+
+    /// With halves in proportion to their `mass`, by the sum of the squares in a cell, which in the whole are `all`, and its area.
+    fn filled(found: &mut [Found], all: f64, mass: fn(f64, f64) -> f64) -> AdaptiveDensity {
         let mut density = AdaptiveDensity {
-            nodes: vec![Node {
-                low: 0.5,
-                halves: 0,
-            }],
+            nodes: vec![Node::CELL],
             table: Vec::new(),
             total: 0.0,
         };
         // In the order of cells, however small.
         found.sort_by_cached_key(|found| Halves::of(found.at).all());
-        let least = all * SPLIT_SHARE;
-        density.total = density.fill(0, found, 0, least) / (samples as f64).sqrt();
-        density.multiply(0, 1.0);
-        if density.nodes.len() >= TABLE_NODES {
+        density.total = density.fill(0, found, (0, 0), (all * SPLIT_SHARE, mass));
+        density.finish();
+        density
+    }
+
+    /// Gives cells their densities, where all halves have their shares.
+    fn finish(&mut self) {
+        self.multiply(0, 1.0);
+        if self.nodes.len() >= TABLE_NODES {
             let places = (0..TABLE_SIDE * TABLE_SIDE).map(|i| (i % TABLE_SIDE, i / TABLE_SIDE));
             let middle =
                 |(x, y): (usize, usize)| (Vec2::new(x as f32, y as f32) + 0.5) / TABLE_SIDE as f32;
-            let node = |place| density.node_at(Halves::of(middle(place)), 0, TABLE_DEPTH);
-            density.table = places.map(|place| node(place) as u32).collect();
+            let node = |place| self.node_at(Halves::of(middle(place)), 0, TABLE_DEPTH);
+            self.table = places.map(|place| node(place) as u32).collect();
         }
-        Some(density)
+    }
+
+    /// This density with a `share` of `other`, and the total of this.
+    pub fn mixed(&self, other: &AdaptiveDensity, share: f32) -> AdaptiveDensity {
+        let mut mixed = AdaptiveDensity {
+            nodes: vec![Node::CELL],
+            table: Vec::new(),
+            total: self.total,
+        };
+        let masses = [(self, 1.0 - share), (other, share)];
+        mixed.mix(0, masses.map(|(of, mass)| Mass::of(of, mass.into())));
+        mixed.finish();
+        mixed
+    }
+
+    /// Makes the node of those of two densities.
+    fn mix(&mut self, node: usize, parts: [Mass; 2]) {
+        if parts.iter().all(|part| part.is_cell()) {
+            return;
+        }
+        let halves = self.nodes.len();
+        self.nodes.extend([Node::CELL; 2]);
+        let [low, high] = [0, 1].map(|half| parts.map(|part| part.half(half)));
+        let mass = |parts: [Mass; 2]| parts[0].mass + parts[1].mass;
+        self.nodes[node] = Node {
+            low: (mass(low) / (mass(low) + mass(high))) as f32,
+            halves: halves as u32,
+        };
+        self.mix(halves, low);
+        self.mix(halves + 1, high);
     }
 
     /// Gives the cells of a node with this density theirs.
@@ -93,36 +185,49 @@ impl AdaptiveDensity {
         }
     }
 
-    /// Makes the node of `found`; returns ∫ √f² over it, but for the number of samples.
-    fn fill(&mut self, node: usize, found: &[Found], depth: u32, least: f64) -> f64 {
+    /// Makes the node of `found`, which is not halved if their squares are less than `least`; returns its mass. As many of the last halvings left
+    /// nothing in one half as are `alone`.
+    fn fill(
+        &mut self,
+        node: usize,
+        found: &[Found],
+        (depth, alone): (u32, i32),
+        (least, mass): (f64, fn(f64, f64) -> f64),
+    ) -> f64 {
         let all: f64 = found.iter().map(|found| found.square).sum();
         let area = 0.5f64.powi(depth as i32);
         if found.len() < SPLIT_SAMPLES || depth == MAX_DEPTH || all < least {
-            return (all * area).sqrt();
+            return mass(all, area);
         }
         let halves = self.nodes.len();
-        let cell = Node {
-            low: 0.5,
-            halves: 0,
-        };
-        self.nodes.extend([cell; 2]);
+        self.nodes.extend([Node::CELL; 2]);
         let bit = |found: &Found| Halves::of(found.at).after(depth) == 1;
         let (low, high) = found.split_at(found.partition_point(|found| !bit(found)));
+        let further = match low.is_empty() || high.is_empty() {
+            true => alone + 1,
+            false => 0,
+        };
         let masses = [(halves, low), (halves + 1, high)]
-            .map(|(node, part)| self.fill(node, part, depth + 1, least));
+            .map(|(node, part)| self.fill(node, part, (depth + 1, further), (least, mass)));
         let sum: f64 = masses.iter().sum();
         let low = if sum > 0.0 {
             (masses[0] / sum) as f32
         } else {
             0.5
         };
-        // What is in a half may be rare, and missed: of n + 1 samples like these, one in it would give it this share.
-        let of_one = 1.0 / (1.0 + (found.len() as f32).sqrt());
+        // What is in a half may be rare, and missed: of n + 1 samples like these, one in it would give it this share, unless it is in one of the larger
+        // halves that had none.
+        let of_one = 0.5f32.powi(alone) / (1.0 + (found.len() as f32).sqrt());
         self.nodes[node] = Node {
             low: low.clamp(of_one, 1.0 - of_one),
             halves: halves as u32,
         };
         sum
+    }
+
+    /// Returns `true` if it is the same everywhere: nothing was found, or too little to tell where.
+    pub fn is_even(&self) -> bool {
+        self.nodes.len() == 1
     }
 
     /// ∫ √⟨f²⟩: what importance of the whole square is in a choice among several.
@@ -347,7 +452,7 @@ mod tests {
     #[test]
     fn points_follow_the_density_and_it_integrates_to_1() {
         let density = learned(20_000);
-        // Cells have sides of 1/256: the grid has one point in each.
+        // No cell has sides of less than 1/256, with so few samples of a function that varies so little: the grid has a point in each.
         let grid =
             (0..1 << 16).map(|i| Vec2::new((i >> 8) as f32 + 0.5, (i & 255) as f32 + 0.5) / 256.0);
         let sum: f64 = grid.map(|at| f64::from(density.at(at))).sum();
@@ -411,6 +516,54 @@ mod tests {
         }
     }
 
+    /// Points all in one small square: the density there is high, that elsewhere not 0.
+    #[test]
+    fn the_density_of_points_follows_them() {
+        assert!(AdaptiveDensity::of_points(&[]).is_none());
+        let corner = Vec2::new(0.5, 0.25);
+        let points: Vec<Vec2> = (0..4096).map(|i| corner + point(i) / 16.0).collect();
+        let density = AdaptiveDensity::of_points(&points).unwrap();
+        let n = 20_000;
+        let samples = (0..n).map(|i| density.sample(point(i)).at);
+        let inside =
+            samples.filter(|&at| (at - corner - 1.0 / 32.0).abs().max_element() <= 1.0 / 32.0);
+        // The first of eight halvings leaves 1/(1 + √4096) to the empty half, each after it half of that.
+        let expected: f64 = (0..8).map(|i| 1.0 - 0.5f64.powi(i) / 65.0).product();
+        let share = inside.count() as f64 / n as f64;
+        assert!((share - expected).abs() < 0.01, "{share} {expected}");
+        assert!(density.at(Vec2::ZERO) > 0.0);
+    }
+
+    /// As a sum of the two, wherever their cells end.
+    #[test]
+    fn a_mixture_is_the_sum() {
+        let points: Vec<Vec2> = (0..3000).map(|i| point(i).powf(4.0)).collect();
+        let densities = [
+            learned(20_000),
+            learned(1),
+            AdaptiveDensity::of_points(&points).unwrap(),
+        ];
+        for (a, b) in [(0, 2), (2, 0), (1, 2), (2, 1), (0, 0), (1, 1)] {
+            let [a, b] = [&densities[a], &densities[b]];
+            for share in [0.0, 0.01, 0.3, 1.0] {
+                let mixed = a.mixed(b, share);
+                assert_eq!(mixed.total(), a.total());
+                for i in 0..2000 {
+                    let at = point(i);
+                    let expected = (1.0 - share) * a.at(at) + share * b.at(at);
+                    // Products of 24 rounded shares.
+                    let found = mixed.at(at);
+                    assert!(
+                        (found - expected).abs() <= 1e-4 * expected,
+                        "{at} {share}: {found} {expected}"
+                    );
+                    let sampled = mixed.sample(at);
+                    assert!(sampled.density > 0.0);
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_total_is_the_integral_of_the_root() {
         let total = learned(50_000).total();
@@ -428,8 +581,8 @@ mod tests {
         // All at one point: cells end at their smallest.
         let mut found = vec![Found { at, square: 1e-30 }; 1000];
         let density = AdaptiveDensity::new(&mut found, 1000).unwrap();
-        // Each of the sixteen halvings leaves 1/(1 + √1000) or less to the other half.
-        assert!(density.at(at) > 65536.0 * 0.6 && density.at(Vec2::ZERO) > 0.0);
+        // The first of 24 halvings leaves 1/(1 + √1000) to the other half, each after it half of that.
+        assert!(density.at(at) > 16_777_216.0 * 0.93 && density.at(Vec2::ZERO) > 0.0);
         for u in [Vec2::ZERO, at, Vec2::new(0.5, 0.0)] {
             let Sampled { at, density } = density.sample(u);
             assert!(at.max_element() < 1.0 && density > 0.0);

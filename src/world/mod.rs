@@ -1,7 +1,7 @@
 //! The immutable world: everything a render reads and nothing it writes, shared by all threads without locks. It holds
 //! only what its scene needs.
 
-use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit, Passage};
+use crate::accel::{ClosestHit, EmitterHit, Geometry, GeometryHit, Passage, PrimitiveAttributes};
 use crate::bsdf::{Boundary, Bsdf, BsdfSample, CoatedLobes};
 use crate::handles::{LightId, LightLayer, MaterialId, MediumId};
 use crate::inputs::FloatInput;
@@ -198,6 +198,20 @@ impl World {
         hit.interface.map_or(current, |id| {
             self.media.interface(id).toward(d, hit.surface.n)
         })
+    }
+
+    /// Points about the surfaces from which light may gather in a caustic: half of them for perfectly specular ones, half for others, on each shape as
+    /// many as on each other. Up to `count`; none where all is diffuse.
+    pub fn points_of_caustics(&self, count: usize) -> Vec<Vec3> {
+        let of = |specular: bool| {
+            let wanted = |attributes: &PrimitiveAttributes| {
+                self.material(attributes.material).is_some_and(|material| {
+                    material.may_focus() && material.is_smooth(&self.materials) == specular
+                })
+            };
+            self.geometry.points_about(&wanted, count / 2)
+        };
+        [of(true), of(false)].concat()
     }
 
     /// The material of a hit; `None` for a surface without one (`Material "none"`), which rays pass through.

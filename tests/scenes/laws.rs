@@ -643,6 +643,36 @@ fn light_through_glass_is_scattered_below_a_surface() {
     }
 }
 
+/// A caustic does not depend on how large the floor is beside what is seen of it, nor on how small the ball of glass looks from the light: of ten
+/// million light paths by chance one would come there.
+#[test]
+fn a_caustic_is_found_however_small_the_glass_is() {
+    let image = |light: &str, floor: f64| {
+        let text = format!(
+            "LookAt 0 .3 0  0 0 0  0 0 1\nCamera \"orthographic\" \"float screenwindow\" [-.75 .75 -.75 .75]\n\
+             Film \"image\" \"integer xresolution\" [24] \"integer yresolution\" [24]\n\
+             Sampler \"random\" \"integer pixelsamples\" [64]\nIntegrator \"bdpt\" \"integer maxdepth\" [3]\nWorldBegin\n{light}\n\
+             AttributeBegin Material \"glass\" Translate -.75 1.125 0 Shape \"sphere\" \"float radius\" [.75] AttributeEnd\n\
+             Material \"matte\" Rotate 90 1 0 0 Shape \"disk\" \"float radius\" [{floor}]\nWorldEnd\n"
+        );
+        Render::of_text(&text, 1)
+    };
+    let sun =
+        "LightSource \"distant\" \"point from\" [-1 1.5 0] \"point to\" [0 0 0] \"rgb L\" [2 2 2]";
+    // As far away as a thousand radii, which is as good as a sun.
+    let d = 750.0;
+    let [x, y] = [-1.0, 1.5].map(|x| x * d / f64::sqrt(3.25));
+    let i = 2.0 * d * d;
+    let lamp = format!(
+        "LightSource \"point\" \"point from\" [{} {} 0] \"rgb I\" [{i} {i} {i}]",
+        x - 0.75,
+        y + 1.125
+    );
+    let near = image(sun, 3.0);
+    check_same("a wide floor", &image(sun, 1000.0), &near);
+    check_same("a far lamp", &image(&lamp, 3.0), &near);
+}
+
 /// Light goes the same way back (Helmholtz; Veach 1997, §4.2): what one surface receives of another that shines is what that
 /// receives of the first, over their areas. Past and through glass, from a mirror and a glossy wall, and in fog.
 #[test]

@@ -2,9 +2,14 @@
 
 use crate::film::PixelBounds;
 use crate::math::UVec2;
+use crate::math::hash::mix2;
+use std::collections::BTreeMap;
 
 /// So many blocks to either side tell of a block's brightness.
 const AROUND: usize = 2;
+
+/// Blocks along a side of a region, of which two samples each say more than of one.
+const REGION: usize = 8;
 
 /// Squares of pixels, row by row.
 pub(super) struct Blocks {
@@ -70,8 +75,27 @@ impl Blocks {
         f64::from(size.x * size.y)
     }
 
-    /// A pixel of the block.
-    pub(super) fn middle(&self, block: usize) -> UVec2 {
-        self.corner(block) + self.size(block) / 2
+    /// A pixel of the block: not the same in each, so that they are not all of a row of tiles, or all of joints.
+    pub(super) fn pixel(&self, block: usize) -> UVec2 {
+        let size = self.size(block);
+        let chosen = mix2(block as u64, 0);
+        let (x, y) = (chosen as u32 % size.x, (chosen >> 32) as u32 % size.y);
+        self.corner(block) + UVec2::new(x, y)
+    }
+
+    /// The mean of the squares of a value's means in regions of blocks, each estimated from two of the value in each block that have nothing else in
+    /// common.
+    pub(super) fn mean_square_of_regions(&self, values: impl Iterator<Item = [f64; 2]>) -> f64 {
+        let columns = self.columns as usize;
+        let mut regions = BTreeMap::new();
+        for (block, [a, b]) in values.enumerate() {
+            let region = (block / columns / REGION, block % columns / REGION);
+            let (sums, count) = regions.entry(region).or_insert(([0.0; 2], 0.0));
+            *sums = [sums[0] + a, sums[1] + b];
+            *count += 1.0;
+        }
+        let blocks: f64 = regions.values().map(|(_, count)| count).sum();
+        let squares = regions.values().map(|([a, b], count)| a * b / count);
+        squares.sum::<f64>() / blocks
     }
 }

@@ -22,8 +22,12 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Rounds of light paths: each after the first is guided by those before it.
+/// Rounds of light paths: each after the first is guided by those before it. More of them where few paths brought anything.
 const ROUNDS: u64 = 2;
+const MAX_ROUNDS: u64 = 4;
+
+/// Light paths of a round that must have brought something for what others would bring to be known.
+const ENOUGH: usize = 100;
 
 /// Samples of a pixel in the image for each light path of a round, and the most light paths for each pixel.
 const SAMPLES_OF_PATH: u32 = 8;
@@ -192,18 +196,19 @@ impl RenderJob {
         };
         let effort = self.guide_light_paths(&pilot, (&seen, share), shares);
         if !self.integrator.needs_light_paths(&self.world) {
-            self.consider_no_light_paths(&pilot, share, effort.least);
+            self.consider_no_light_paths(&pilot, share, &effort);
         }
     }
 
-    /// Leaves all light to camera paths if that is less than the `least` noise × time with light paths; a `share` of them is joined.
-    fn consider_no_light_paths(&mut self, pilot: &Pilot, share: f32, least: f64) {
+    /// Leaves all light to camera paths if their noise × time, with that of rare samples of which light paths told, is less than with light paths; a
+    /// `share` of them is joined.
+    fn consider_no_light_paths(&mut self, pilot: &Pilot, share: f32, effort: &Effort) {
         let chosen = std::mem::replace(&mut self.light_share, LightShare(0.0));
         let seen = self.look(pilot);
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
         let noise = noise_of_camera(&seen, share.into(), &worth);
         // What is not a number proves nothing.
-        let is_better = noise * cost_of_camera(share) <= least;
+        let is_better = (noise + effort.rare_alone) * cost_of_camera(share) <= effort.least;
         if !is_better {
             self.light_share = chosen;
         }
@@ -274,17 +279,30 @@ impl RenderJob {
         (seen, share): (&[Pair], f32),
         shares: &[f32],
     ) -> Effort {
+        self.integrator.aim_emission(&self.world);
         let count = self.paths_of_round();
         let weights = f64::from(self.paths_per_sample());
         let (mut learned, mut lit) = (Vec::new(), LightOfBlocks::default());
         let mut brought = Vec::new();
-        for round in 1..=ROUNDS {
+        let mut told_enough = false;
+        for round in 1..=MAX_ROUNDS {
             brought = self.light(pilot, (round - 1) * count..round * count);
             lit.extend(&brought, count, weights);
             let worth = worth(&pilot.blocks, seen, &lit);
-            learned.extend(self.learned(pilot, &brought, &worth));
+            let of_round = self.learned(pilot, &brought, &worth);
+            told_enough = of_round.len() >= ENOUGH;
+            let tells_more = !told_enough && !of_round.is_empty();
+            learned.extend(of_round);
             self.integrator.guide_emission(&learned, lit.paths as usize);
+            if round >= ROUNDS && !tells_more {
+                break;
+            }
         }
+        // Few paths that brought little may be all that were lucky: what is rare is not left to fewer.
+        let shares = match told_enough {
+            true => shares,
+            false => &shares[shares.partition_point(|&share| share < 1.0)..],
+        };
         let told = Told {
             brought: &brought,
             paths: count,
@@ -309,7 +327,7 @@ impl RenderJob {
         self.integrator.join(all);
         let seen = self.look(pilot);
         let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
-        let joined = part_of_joined(&seen, &worth);
+        let joined = part_of_joined(&pilot.blocks, &seen, &worth);
         if joined >= MIN_JOINED {
             return (seen, all);
         }
@@ -327,7 +345,7 @@ impl RenderJob {
         let all = OfAll::new(self);
         let all_blocks = (0..blocks.count()).into_par_iter();
         let pairs = all_blocks.map_init(Workspace::default, |workspace, block| {
-            let pixel = blocks.middle(block);
+            let pixel = blocks.pixel(block);
             [0, 1].map(|index| self.luminance_in_parts(sampler, (pixel, index), &all, workspace))
         });
         pairs.collect()
@@ -431,10 +449,12 @@ fn brightnesses(blocks: &Blocks, seen: &[Pair], lit: &LightOfBlocks) -> Vec<f64>
     bright
 }
 
-/// The part of the blocks' light that comes of joints where all camera paths are joined.
-fn part_of_joined(seen: &[Pair], worth: &[f64]) -> f64 {
-    let of_block = |(&[[_, a], [_, b]], worth): (&Pair, &f64)| 0.5 * (a + b) * worth.sqrt();
-    seen.iter().zip(worth).map(of_block).sum::<f64>() / seen.len() as f64
+/// The part of the light that comes of joints where all camera paths are joined: the root of the mean square over regions of the image, of which
+/// one alone may live by joints.
+fn part_of_joined(blocks: &Blocks, seen: &[Pair], worth: &[f64]) -> f64 {
+    let of_block = |(pair, worth): (&Pair, &f64)| pair.map(|[_, joined]| joined * worth.sqrt());
+    let square = blocks.mean_square_of_regions(seen.iter().zip(worth).map(of_block));
+    square.sqrt()
 }
 
 /// The variance of a camera sample where a `share` of them is joined to light paths, over the blocks' brightness: half the mean

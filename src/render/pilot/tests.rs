@@ -5,10 +5,14 @@ use crate::syntax::SourceMap;
 
 /// A box around the camera and a lamp without area, after a pilot pass for this integrator, with what `more` says.
 fn after_pilot(integrator: &str, more: &str) -> RenderJob {
-    let text = format!(
+    pilot_of(format!(
         "Integrator {integrator} Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 32 \
          {more} Shape \"sphere\" \"float radius\" 9 WorldEnd"
-    );
+    ))
+}
+
+/// The scene of this text, after its pilot pass.
+fn pilot_of(text: String) -> RenderJob {
     let sources = SourceMap::new();
     let file = sources.add_text("test.pbrt", text);
     let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
@@ -99,4 +103,59 @@ fn what_is_left_to_the_path_tracer_is_rendered_as_by_it() {
         format!("{:?}", job.integrator)
     });
     assert_eq!(ours, path);
+}
+
+/// A lit wall with a window, of a twelfth of the image, into a room; with what `more` says.
+fn window(more: &str) -> RenderJob {
+    let quad = |points: &str| {
+        format!("Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{points}]\n")
+    };
+    let wall = [
+        "-4 -4 -1  4 -4 -1  4 1.05 -1  -4 1.05 -1",
+        "-4 1.95 -1  4 1.95 -1  4 6 -1  -4 6 -1",
+        "-4 1.05 -1  -.45 1.05 -1  -.45 1.95 -1  -4 1.95 -1",
+        ".45 1.05 -1  4 1.05 -1  4 1.95 -1  .45 1.95 -1",
+    ];
+    let room = [
+        "-2 -.5 -.95  -2 3.5 -.95  -2 3.5 3  -2 -.5 3",
+        "2 -.5 -.95  2 3.5 -.95  2 3.5 3  2 -.5 3",
+        "-2 -.5 -.95  2 -.5 -.95  2 -.5 3  -2 -.5 3",
+        "-2 3.5 -.95  2 3.5 -.95  2 3.5 3  -2 3.5 3",
+        "-2 -.5 3  2 -.5 3  2 3.5 3  -2 3.5 3",
+    ];
+    let shapes: String = wall.into_iter().chain(room).map(quad).collect();
+    pilot_of(format!(
+        "LookAt 0 1.5 -5  0 1.5 0  0 1 0 Camera \"perspective\" \"float fov\" 40 PixelFilter \"box\" \
+         Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 48 \
+         Sampler \"random\" \"integer pixelsamples\" 64 Integrator \"bdpt\" WorldBegin\n{shapes}{more}\nWorldEnd"
+    ))
+}
+
+/// A lamp 0.004 over a floor lights a room by a spot that camera samples meet once in some 10,000, and then far too brightly.
+#[test]
+fn light_paths_are_not_left_out_where_camera_samples_are_rarely_bright() {
+    let lamp = |place: &str, radius: f32, light: f32| {
+        format!(
+            "AttributeBegin Material \"matte\" \"rgb Kd\" [0 0 0] AreaLightSource \"diffuse\" \"rgb L\" [{light} {light} {light}] \
+             {place} Shape \"disk\" \"float radius\" {radius} AttributeEnd\n"
+        )
+    };
+    let far = lamp("Translate 0 1.5 -60", 1.0, 3324.0);
+    let near = lamp("Translate 1 -.496 -.8 Rotate 90 1 0 0", 0.003, 675_476.0);
+    assert!(window(&(far + &near)).traces_light());
+}
+
+/// A twelfth of the image, behind a pane and lit by a bulb of glass, lives by joints alone.
+#[test]
+fn all_are_joined_where_a_part_of_the_image_lives_by_it() {
+    let glass = "AttributeBegin Material \"glass\"";
+    let pane = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3 4 5 6 4 6 7] \
+                \"point P\" [-.45 1.05 -1 .45 1.05 -1 .45 1.95 -1 -.45 1.95 -1  -.45 1.05 -.98 .45 1.05 -.98 .45 1.95 -.98 -.45 1.95 -.98]";
+    let lights = "LightSource \"point\" \"point from\" [0 1.5 -31] \"rgb I\" [3000 3000 3000] \
+                  LightSource \"point\" \"point from\" [0 2.9 1] \"rgb I\" [10 10 10]";
+    let bulb = "Translate 0 2.9 1 Shape \"sphere\" \"float radius\" .2";
+    let more = format!("{lights} {glass} {pane} AttributeEnd {glass} {bulb} AttributeEnd");
+    assert_eq!(window(&more).integrator.joined(), 1.0);
+    // Not where that lives by nothing but emitter sampling.
+    assert!(window(lights).integrator.joined() < 1.0);
 }

@@ -121,7 +121,7 @@ fn guide_to(light: &Light, target: &Target) -> Option<EmissionGuide> {
         (square > 0.0).then_some(Found { at, square })
     });
     let mut found: Vec<Found> = found.collect();
-    AdaptiveDensity::new(&mut found, n as usize).map(EmissionGuide::new)
+    AdaptiveDensity::new(&mut found, n as usize).and_then(EmissionGuide::new)
 }
 
 /// Light falls on a disk in the same way whether rays are guided to it, past it or not at all, and each carries its density.
