@@ -126,6 +126,11 @@ impl CurveStore {
         Some((surface, &owner.attributes))
     }
 
+    /// The attributes of all curves.
+    pub(super) fn all_attributes(&self) -> impl Iterator<Item = &PrimitiveAttributes> {
+        self.owners.iter().map(|owner| &owner.attributes)
+    }
+
     /// The attributes of the curve that primitive `number` is a piece of.
     pub(super) fn attributes(&self, number: usize) -> &PrimitiveAttributes {
         &self.owners[self.segments[number >> PIECE_BITS].owner()].attributes

@@ -61,8 +61,11 @@ fn parts<'a>(
         .filter(|stored| wanted(&stored.attributes))
         .map(|stored| stored.quadric.bounds())
         .map(|(min, max)| Part::Box(Aabb::around(min, max)));
+    // Of hair there may be millions of pieces, and none wanted.
+    let any_curve = level.curves.all_attributes().any(wanted);
     let step = level.curves.piece_numbers().div_ceil(MOST).max(1);
-    let curves = { level.curves.pieces() }
+    let curves = { any_curve.then(|| level.curves.pieces()).into_iter() }
+        .flatten()
         .step_by(step)
         .filter(|&(piece, _)| wanted(level.curves.attributes(piece)))
         .map(|(_, bounds)| Part::Box(bounds));

@@ -427,7 +427,7 @@ impl Reader<'_> {
         let sha256 = own.sha256.as_ref().map(|sum| self.sum(sum));
         let spp = self.positive(own.spp.as_ref().or(settings.spp.as_ref()));
         let timeout = self.timeout(own.timeout.as_ref().or(settings.timeout.as_ref()));
-        // All else is told by now.
+        // What is wrong with the other fields has been said above.
         let (name, (command, extension)) = name.zip(renderer)?;
         let seeds = own.seeds.as_ref().or(settings.seeds.as_ref());
         let baseline = own

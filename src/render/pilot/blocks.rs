@@ -75,7 +75,7 @@ impl Blocks {
         f64::from(size.x * size.y)
     }
 
-    /// A pixel of the block: not the same in each, so that they are not all of a row of tiles, or all of joints.
+    /// A pixel of the block, not the same in each: a pattern as wide as blocks would show all of them the same part of it.
     pub(super) fn pixel(&self, block: usize) -> UVec2 {
         let size = self.size(block);
         let chosen = mix2(block as u64, 0);

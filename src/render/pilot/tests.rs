@@ -105,7 +105,7 @@ fn what_is_left_to_the_path_tracer_is_rendered_as_by_it() {
     assert_eq!(ours, path);
 }
 
-/// A lit wall with a window, of a twelfth of the image, into a room; with what `more` says.
+/// A lit wall with a window, a tenth of the image, into a room; with what `more` says.
 fn window(more: &str) -> RenderJob {
     let quad = |points: &str| {
         format!("Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{points}]\n")
@@ -131,7 +131,7 @@ fn window(more: &str) -> RenderJob {
     ))
 }
 
-/// A lamp 0.004 over a floor lights a room by a spot that camera samples meet once in some 10,000, and then far too brightly.
+/// A lamp 0.004 over a floor lights a room by a small spot, which camera samples meet rarely, and then far too brightly.
 #[test]
 fn light_paths_are_not_left_out_where_camera_samples_are_rarely_bright() {
     let lamp = |place: &str, radius: f32, light: f32| {
@@ -145,7 +145,7 @@ fn light_paths_are_not_left_out_where_camera_samples_are_rarely_bright() {
     assert!(window(&(far + &near)).traces_light());
 }
 
-/// A twelfth of the image, behind a pane and lit by a bulb of glass, lives by joints alone.
+/// A tenth of the image, behind a pane and lit by a bulb of glass, lives by joints alone.
 #[test]
 fn all_are_joined_where_a_part_of_the_image_lives_by_it() {
     let glass = "AttributeBegin Material \"glass\"";
