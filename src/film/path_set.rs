@@ -20,17 +20,31 @@ impl PathSet {
         self.count
     }
 
+    /// Adds ranges, no two of which overlap. Returns `false`, and adds nothing, if some of them are there already.
+    pub fn insert_all(&mut self, new: &[Range<u64>]) -> bool {
+        let is_new = !new.iter().any(|new| self.overlaps(new));
+        is_new && new.iter().all(|new| self.insert(new.clone()))
+    }
+
+    /// The first range that ends at or after `start`.
+    fn place(&self, start: u64) -> usize {
+        self.ranges.partition_point(|range| range.end < start)
+    }
+
+    fn overlaps(&self, new: &Range<u64>) -> bool {
+        let mut neighbors = self.ranges[self.place(new.start)..].iter().take(2);
+        neighbors.any(|range| range.start < new.end && new.start < range.end && !new.is_empty())
+    }
+
     /// Adds a range. Returns `false`, and adds nothing, if some of it are there already.
     pub fn insert(&mut self, new: Range<u64>) -> bool {
         if new.is_empty() {
             return true;
         }
-        // The first range that ends at or after the new one's start.
-        let at = self.ranges.partition_point(|range| range.end < new.start);
-        let neighbors = self.ranges[at..].iter().take(2);
-        if { neighbors }.any(|range| range.start < new.end && new.start < range.end) {
+        if self.overlaps(&new) {
             return false;
         }
+        let at = self.place(new.start);
         self.count += new.end - new.start;
         let touches = |i: usize, edge: fn(&Range<u64>) -> u64, at: u64| {
             self.ranges.get(i).is_some_and(|range| edge(range) == at)
@@ -82,6 +96,16 @@ mod tests {
                     cells.fill(true);
                 }
             }
+            // All or nothing of several at once.
+            let (before, free) = (set.clone(), set.missing(0..60));
+            let with_one_that_is_there = [free.clone(), set.ranges().to_vec()].concat();
+            prop_assert_eq!(set.insert_all(&with_one_that_is_there), before.count() == 0);
+            if before.count() > 0 {
+                prop_assert_eq!(&set, &before);
+                prop_assert!(set.insert_all(&free));
+            }
+            prop_assert_eq!(set.missing(0..60).len(), 0);
+            let set = before;
             let missing: Vec<u64> = set.missing(3..47).into_iter().flatten().collect();
             let expected: Vec<u64> = (3..47).filter(|i| !flags[*i as usize]).collect();
             prop_assert_eq!(missing, expected);

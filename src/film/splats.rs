@@ -76,7 +76,8 @@ pub struct SplatBuffer {
     has_layers: bool,
     max_luminance: f32,
     splats: Vec<(u32, Rgb)>,
-    paths: Range<u64>,
+    /// The last one may grow.
+    paths: Vec<Range<u64>>,
     dropped: u64,
     first_dropped: Option<DroppedSplat>,
 }
@@ -117,9 +118,9 @@ impl Splats {
 
     /// Adds what is in `buffer`, unless its paths are here already, and empties it.
     pub fn add(&mut self, buffer: &mut SplatBuffer) {
-        let start = buffer.paths.end;
-        let paths = std::mem::replace(&mut buffer.paths, start..start);
-        let is_new = self.paths.insert(paths);
+        let is_new = self.paths.insert_all(&buffer.paths);
+        let next = buffer.paths.last().map_or(0, |last| last.end);
+        buffer.begin(next);
         for (index, splat) in buffer.splats.drain(..).filter(|_| is_new) {
             if let Some(sums) = self.pixels.get_mut(index as usize) {
                 sums.add(splat, self.scale);
@@ -209,6 +210,9 @@ impl SplatBuffer {
     /// Splats in a full buffer: 1 MiB of them.
     const FULL: usize = 1 << 16;
 
+    /// Ranges of path numbers in a full buffer.
+    const FULL_OF_RANGES: usize = 1 << 8;
+
     /// For the pixels of some [`Splats`]. Contributions brighter than `max_luminance` are scaled down to it.
     pub fn new(bounds: PixelBounds, max_luminance: f32, has_layers: bool) -> SplatBuffer {
         SplatBuffer {
@@ -217,7 +221,7 @@ impl SplatBuffer {
             max_luminance,
             // Room for what comes between two looks at it, so that no path makes it grow, unless it brings very much.
             splats: Vec::with_capacity(2 * SplatBuffer::FULL),
-            paths: 0..0,
+            paths: Vec::with_capacity(2 * SplatBuffer::FULL_OF_RANGES),
             dropped: 0,
             first_dropped: None,
         }
@@ -225,12 +229,13 @@ impl SplatBuffer {
 
     /// Returns `true` if it is to be emptied.
     pub fn is_full(&self) -> bool {
-        self.splats.len() >= SplatBuffer::FULL
+        self.splats.len() >= SplatBuffer::FULL || self.paths.len() >= SplatBuffer::FULL_OF_RANGES
     }
 
     /// Paths from number `first` follow; the buffer is empty.
     pub fn begin(&mut self, first: u64) {
-        self.paths = first..first;
+        self.paths.clear();
+        self.paths.push(first..first);
     }
 
     /// Adds what a path brings to a pixel: its filter's weight and all else in it, but for the number of paths. Nothing
@@ -261,7 +266,17 @@ impl SplatBuffer {
 
     /// All paths before number `end` have been traced.
     pub fn reach(&mut self, end: u64) {
-        self.paths.end = end;
+        if let Some(last) = self.paths.last_mut() {
+            last.end = end;
+        }
+    }
+
+    /// This path has been traced; in any order, each once.
+    pub fn took(&mut self, path: u64) {
+        match self.paths.last_mut() {
+            Some(last) if last.end == path => last.end += 1,
+            _ => self.paths.push(path..path + 1),
+        }
     }
 }
 

@@ -6,13 +6,13 @@ use super::emitters::Emitters;
 use super::path::Wave;
 use super::witness::{Met, Place, Watch};
 use crate::cameras::{Camera, CameraRay, CameraSample};
-use crate::film::PixelBounds;
+use crate::film::{PixelBounds, SplatBuffer};
 use crate::filters::Filter;
 use crate::handles::{LightId, LightLayer};
 use crate::lights::{LightGroups, LightSelector};
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, UVec2, Vec3};
-use crate::samplers::SampleStream;
+use crate::samplers::{SampleStream, Sampler};
 use crate::world::World;
 
 /// The lights as integrators sample them.
@@ -34,6 +34,8 @@ pub struct Workspace {
     pub(super) buffers: Option<Box<WaveBuffers>>,
     /// For `path` and `volpath`, which do so as well.
     pub(super) wave: Option<Box<Wave>>,
+    /// What light paths bring that camera paths are joined to, where those of the light pass are.
+    pub splats: Option<SplatBuffer>,
 }
 
 /// Camera paths that are handed over together: enough to fill vectors when most of them have ended, and so few that all that is known of
@@ -58,6 +60,8 @@ pub(super) struct Bundle<'a, 'p> {
     pub lights: &'a Lights,
     pub paths: &'a mut [CameraPath<'p>],
     pub workspace: &'a mut Workspace,
+    /// What [`Workspace::splats`] are for.
+    pub light_job: Option<&'a LightJob<'a>>,
 }
 
 impl Bundle<'_, '_> {
@@ -223,6 +227,17 @@ pub struct CameraEnd<'a> {
     pub film_density: f32,
     /// Light paths for each sample of a pixel; 0 if none are joined to the lens.
     pub light_paths: f32,
+    /// The light path that the camera path is joined to, if it is one of the light pass.
+    pub paired: Option<Paired<'a>>,
+}
+
+/// A path of the light pass.
+#[derive(Clone, Copy)]
+pub struct Paired<'a> {
+    /// What its numbers come from.
+    pub sampler: &'a Sampler,
+    /// Its number.
+    pub number: u64,
 }
 
 impl CameraEnd<'_> {
@@ -253,6 +268,15 @@ pub struct Splat {
     /// The density with which camera paths, each way of making them by itself, find the same in a sample of the pixel, over that of all
     /// light paths for it: the root of the sum of squares.
     pub by_camera: f64,
+}
+
+impl Splat {
+    /// Adds it to what others bring.
+    pub fn add_to(&self, buffer: &mut SplatBuffer, world: &World) {
+        let by_light = || (world.light_layer(Some(self.light)), self.value);
+        let part = self.shown.unwrap_or_else(by_light);
+        buffer.push(self.path, self.pixel, self.value, part);
+    }
 }
 
 /// What light paths are traced for.

@@ -48,7 +48,7 @@ use witness::Watch;
 
 pub use ambientocclusion::AmbientOcclusion;
 pub use bdpt::{Bdpt, Shown};
-pub use context::{CameraEnd, CameraPath, LightJob, Splat, WAVE, Workspace};
+pub use context::{CameraEnd, CameraPath, LightJob, Paired, Splat, WAVE, Workspace};
 pub use counts::Counts;
 pub use directlighting::DirectLighting;
 pub use first_surfaces::{FirstSurfaces, Sight, first_surfaces};
@@ -164,11 +164,15 @@ impl Integrator {
     }
 
     /// [`Integrator::radiance`] along each of these camera rays, at most [`WAVE`], which may be traced side by side.
+    ///
+    /// Light paths that are [paired](CameraEnd::paired) with them are joined to the lens as well if there is a `light_job`, and
+    /// [room](Workspace::splats) for what they bring.
     pub fn radiances(
         &self,
         world: &World,
         paths: &mut [CameraPath],
         workspace: &mut Workspace,
+        light_job: Option<&LightJob>,
     ) -> ArrayVec<Rgb, WAVE> {
         let mut radiances = ArrayVec::new();
         let bundle = Bundle {
@@ -176,6 +180,7 @@ impl Integrator {
             lights: &self.lights,
             paths,
             workspace,
+            light_job,
         };
         self.spec.radiances(bundle, &mut radiances);
         radiances

@@ -2,7 +2,7 @@
 
 use super::context::CameraPath;
 use super::witness::Watch;
-use super::{CameraEnd, Workspace};
+use super::{CameraEnd, Paired, Workspace};
 use crate::cameras::{CameraRay, CameraSample};
 use crate::film::{Layer, LayerSet};
 use crate::math::hash::{mix2, unit_float};
@@ -123,7 +123,7 @@ fn samples(job: &RenderJob, pixel: u32) -> Vec<(CameraSample, CameraRay, SampleS
         let at = IVec2::new(pixel as i32 % 16, pixel as i32 / 16);
         (sample, ray.expect("a ray"), job.sampler.stream(at, index))
     };
-    (0..16).map(sample).collect()
+    (0..8).map(sample).collect()
 }
 
 pub(super) fn bits(colors: &[Rgb]) -> Vec<[u32; 3]> {
@@ -179,7 +179,7 @@ pub(super) fn in_waves(job: &RenderJob, of: usize, light_paths: f32, is_watched:
             .collect();
         let radiances = job
             .integrator
-            .radiances(&job.world, &mut paths, &mut workspace);
+            .radiances(&job.world, &mut paths, &mut workspace, None);
         found.radiances.extend(radiances);
         watches.into_iter().for_each(|watch| found.look(watch));
     }
@@ -198,6 +198,12 @@ fn end<'a>(
         ray,
         film_density: 1.0,
         light_paths,
+        // One of the sample's own.
+        paired: Some(Paired {
+            sampler: &job.sampler,
+            number: sample.lens.x.to_bits().into(),
+        })
+        .filter(|_| job.integrator.joined() == 1.0 && light_paths > 0.0),
     }
 }
 

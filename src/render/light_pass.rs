@@ -135,19 +135,19 @@ pub(super) fn restored(job: &RenderJob, half: u8, progress: &Progress) -> Option
     }
 }
 
-/// Traces those of a half's `paths` whose splats are not there yet. Returns `false` if it was stopped, or was no longer
-/// `in_time`: then some of them are not.
+/// Traces those of a half's `paths` whose splats are not there yet, some of which [`PairedLight`](super::paired_light::PairedLight) has counted. Returns `false` if it was
+/// stopped, or was no longer `in_time`: then some of them are not.
 pub(super) fn trace(
     job: &RenderJob,
     (half, sampler): (u8, &Sampler),
     splats: &mut Splats,
-    paths: Range<u64>,
+    (paths, counted): (Range<u64>, u64),
     in_time: impl Fn() -> bool + Sync,
     progress: &Progress,
 ) -> bool {
     let missing = splats.paths().missing(paths.clone());
     let count: u64 = missing.iter().map(|range| range.end - range.start).sum();
-    progress.advance(paths.end.saturating_sub(paths.start) - count);
+    progress.advance(paths.end.saturating_sub(paths.start) - count - counted);
     // Memory for all at once: none that depends on the number of paths but this.
     let mut chunks = Vec::with_capacity((count / CHUNK) as usize + 2 * missing.len());
     chunks.extend(missing.into_iter().flat_map(|range| cut(range, CHUNK)));
@@ -208,10 +208,8 @@ impl Worker<'_> {
     }
 
     fn new_buffer(&self) -> Own {
-        let most = self.job.film.max_sample_luminance * self.job.splats_per_sample();
-        let has_layers = self.job.film.layers.lights() > 0;
         Own {
-            buffer: SplatBuffer::new(self.job.lit(), most, has_layers),
+            buffer: new_buffer(self.job),
             workspace: Workspace::default(),
         }
     }
@@ -239,21 +237,37 @@ impl Worker<'_> {
         true
     }
 
-    /// Adds what is in the buffer to the sums, and keeps these now and then: they are of whole paths.
+    /// Adds what is in the buffer to the sums.
     fn empty(&self, buffer: &mut SplatBuffer) {
         let mut splats = lock(&self.splats);
         splats.add(buffer);
-        if let Some(journal) = self.progress.journal()
-            && self.is_time_to_keep()
-        {
-            journal.keep_splats(self.half, &splats);
-        }
+        keep_now_and_then(self.half, &splats, self.progress);
     }
 
     fn is_time_to_keep(&self) -> bool {
-        let journal = self.progress.journal();
-        journal.is_some_and(|journal| journal.is_time_for_splats(self.pixels))
+        is_time_to_keep(self.pixels, self.progress)
     }
+}
+
+/// Keeps the sums in the checkpoint, if it is due: they are of whole paths.
+pub(super) fn keep_now_and_then(half: u8, splats: &Splats, progress: &Progress) {
+    if let Some(journal) = progress.journal()
+        && is_time_to_keep(splats.bounds().area(), progress)
+    {
+        journal.keep_splats(half, splats);
+    }
+}
+
+fn is_time_to_keep(pixels: usize, progress: &Progress) -> bool {
+    let journal = progress.journal();
+    journal.is_some_and(|journal| journal.is_time_for_splats(pixels))
+}
+
+/// For what a thread's paths bring.
+pub(super) fn new_buffer(job: &RenderJob) -> SplatBuffer {
+    let most = job.film.max_sample_luminance * job.splats_per_sample();
+    let has_layers = job.film.layers.lights() > 0;
+    SplatBuffer::new(job.lit(), most, has_layers)
 }
 
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -269,11 +283,7 @@ fn trace_run(
 ) {
     let (end, ghosts) = (run.end, run.clone());
     let paths = run.map(|path| (path, sampler.light_stream(path)));
-    let splat = &mut |splat: Splat| {
-        let by_light = || (job.world.light_layer(Some(splat.light)), splat.value);
-        let part = splat.shown.unwrap_or_else(by_light);
-        buffer.push(splat.path, splat.pixel, splat.value, part);
-    };
+    let splat = &mut |splat: Splat| splat.add_to(buffer, &job.world);
     let light_job = job.light_job();
     if job.traces_light() {
         let integrator = &job.integrator;

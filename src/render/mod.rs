@@ -13,6 +13,7 @@ mod layers;
 mod light_pass;
 mod live;
 mod mattes;
+mod paired_light;
 mod photon_passes;
 mod pilot;
 mod progress;
@@ -35,13 +36,16 @@ use crate::checkpoint::Unit;
 use crate::film::{Developed, DroppedSample, Film, FilmSpec, Kept, LightShare, PixelBounds, Tile};
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
-use crate::integrators::{CameraEnd, CameraPath, Counts, GhostLight, Integrator, WAVE, Workspace};
+use crate::integrators::{
+    CameraEnd, CameraPath, Counts, GhostLight, Integrator, LightJob, WAVE, Workspace,
+};
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::{DVec3, Rgb, UVec2, Vec2};
 use crate::samplers::{Pairs, SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
 use layers::{Shown, Tell};
+use paired_light::{PairedLight, Pairing};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -103,8 +107,8 @@ pub fn render(job: &RenderJob, tile_size: u32, variance: bool, progress: &Progre
     }
     let developed = Mutex::new(Developed::new(&job.film, kept));
     each_tile(job, tile_size, |workspace, tile, bounds| {
-        let tile = (0, tile, bounds);
-        let done = work_of_half(job, &job.sampler, tile, workspace, progress);
+        let own = (workspace, None);
+        let done = work_of_half(job, &job.sampler, (0, tile, bounds), own, progress);
         locked(&developed).place(&done);
     });
     unlocked(developed)
@@ -116,14 +120,18 @@ pub fn expose(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
         return photon_passes::render(job, &mapper, tile_size, progress);
     }
     let film = Mutex::new(Film::new(&job.film));
+    let mut splats = light_pass::restored(job, 0, progress);
+    let half = splats.as_mut().map(|splats| (0, splats));
+    let light = half.and_then(|half| PairedLight::new(job, half, progress));
     each_tile(job, tile_size, |workspace, tile, bounds| {
-        let tile = (0, tile, bounds);
-        let done = work_of_half(job, &job.sampler, tile, workspace, progress);
+        let own = (workspace, light.as_ref());
+        let done = work_of_half(job, &job.sampler, (0, tile, bounds), own, progress);
         locked(&film).merge(done);
     });
+    let traced = light.map_or(0, PairedLight::traced);
     let mut film = unlocked(film);
-    if let Some(mut splats) = light_pass::restored(job, 0, progress) {
-        let paths = 0..job.light_paths(job.sampler.spp());
+    if let Some(mut splats) = splats {
+        let paths = (0..job.light_paths(job.sampler.spp()), traced);
         let sampler = (0, &job.sampler);
         light_pass::trace(job, sampler, &mut splats, paths, || true, progress);
         film.add_light(&[splats]);
@@ -143,7 +151,8 @@ fn render_in_two(
     each_tile(job, tile_size, |workspace, tile, bounds| {
         let halves = [0, 1].map(|half| {
             let sampler = &samplers[usize::from(half)];
-            work_of_half(job, sampler, (half, tile, bounds), workspace, progress)
+            let own = (&mut *workspace, None);
+            work_of_half(job, sampler, (half, tile, bounds), own, progress)
         });
         let (developed, dropped) = &mut *locked(&developed);
         developed.place_halves(&halves);
@@ -176,7 +185,7 @@ fn work_of_half(
     job: &RenderJob,
     sampler: &Sampler,
     (half, tile, bounds): (u8, u32, PixelBounds),
-    workspace: &mut Workspace,
+    own: (&mut Workspace, Option<&PairedLight>),
     progress: &Progress,
 ) -> Tile {
     let unit = Unit {
@@ -184,7 +193,7 @@ fn work_of_half(
         tile,
         samples: 0..sampler.spp(),
     };
-    match work(job, sampler, (&unit, bounds), workspace, progress) {
+    match work(job, sampler, (&unit, bounds), own, progress) {
         Worked::Finished(tile) | Worked::Stopped(tile) => tile,
     }
 }
@@ -208,9 +217,10 @@ fn sample_tile(
     sampler: &Sampler,
     samples_of_pixel: Range<u32>,
     (tile, bounds): (&mut Tile, PixelBounds),
-    (workspace, mut watch): (&mut Workspace, Option<&mut Watch>),
+    (workspace, mut watch, light): (&mut Workspace, Option<&mut Watch>, Option<&PairedLight>),
 ) {
-    let all = OfAll::new(job);
+    let all = OfAll::new(job, sampler);
+    let light_job = light.map(|light| light.begin(workspace));
     let want_differentials = job.world.needs_footprint();
     let mut waiting = ArrayVec::<PendingSample, WAVE>::new();
     let mut samples = ArrayVec::<CameraSample, WAVE>::new();
@@ -238,6 +248,9 @@ fn sample_tile(
         );
         if samples.is_empty() {
             tile.close();
+            if let Some(light) = light {
+                light.empty(workspace);
+            }
             return;
         }
         let rays = &mut rays[..samples.len()];
@@ -252,9 +265,12 @@ fn sample_tile(
         } else {
             let camera = (samples.as_slice(), &*rays);
             let own = (&mut *workspace, looks.as_mut_slice());
-            let radiances = radiances(shown, camera, &mut waiting, own);
+            let radiances = radiances(shown, camera, &mut waiting, own, light_job);
             let radiances = radiances.as_slice();
             let samples = (waiting.as_slice(), &*rays);
+            if let Some(light) = light {
+                light.take(workspace, samples, &all);
+            }
             if has_layers {
                 vectorize::<WIDEST, _>(Tell {
                     shown,
@@ -318,6 +334,7 @@ fn radiances(
     (samples, rays): (&[CameraSample], &[Option<CameraRay>]),
     waiting: &mut [PendingSample],
     (workspace, looks): (&mut Workspace, &mut [Watch]),
+    light_job: Option<&LightJob>,
 ) -> ArrayVec<Rgb, WAVE> {
     let mut watches = looks.iter_mut();
     let all_paths = waiting.iter_mut().zip(samples).zip(rays);
@@ -336,7 +353,7 @@ fn radiances(
     let mut paths = ArrayVec::<CameraPath, WAVE>::new();
     paths.extend(all_paths.filter_map(path));
     let (integrator, world) = (&job.integrator, &job.world);
-    integrator.radiances(world, &mut paths, workspace)
+    integrator.radiances(world, &mut paths, workspace, light_job)
 }
 
 /// The end of a wave: what its samples bring is added to the tile.
@@ -372,7 +389,7 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     job.camera.rays(&[sample], want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays[0].as_ref()?;
     let mut watch = Watch::searching();
-    let all = OfAll::new(job);
+    let all = OfAll::new(job, sampler);
     job.integrator.radiance(
         &job.world,
         &waiting.camera_end(job, &sample, camera_ray, &all),
@@ -390,13 +407,16 @@ struct OfAll<'a> {
     spacing: f32,
     /// See [`RenderJob::paths_per_sample`].
     light_paths: f32,
+    pairing: Option<Pairing<'a>>,
     shown: Shown<'a>,
     draws: Draws,
 }
 
-impl OfAll<'_> {
-    fn new(job: &RenderJob) -> OfAll<'_> {
+impl<'a> OfAll<'a> {
+    /// Of an image, or a half, with these samples.
+    fn new(job: &'a RenderJob, sampler: &'a Sampler) -> OfAll<'a> {
         OfAll {
+            pairing: Pairing::new(job, sampler),
             shown: Shown::new(job),
             spacing: 1.0 / (job.footprint_spp.max(1) as f32).sqrt(),
             light_paths: job.paths_per_sample(),
@@ -498,7 +518,7 @@ impl PendingSample {
         job: &'a RenderJob,
         sample: &'a CameraSample,
         ray: &'a CameraRay,
-        all: &OfAll,
+        all: &OfAll<'a>,
     ) -> CameraEnd<'a> {
         CameraEnd {
             camera: &job.camera,
@@ -506,6 +526,7 @@ impl PendingSample {
             ray,
             film_density: self.film_density,
             light_paths: all.light_paths,
+            paired: { all.pairing.as_ref() }.map(|pairing| pairing.of(self.pixel, self.index)),
         }
     }
 

@@ -19,6 +19,7 @@
 //! Where paths are traced from the lights, each half has its own, as many as camera samples.
 
 use super::halves::{Counts, Halves, follows};
+use super::paired_light::PairedLight;
 use super::work::{Worked, work};
 use super::{
     Ended, Goal, Progress, RenderJob, light_pass, photon_passes, render_in_two, sample_tile,
@@ -219,12 +220,12 @@ impl<'a> Passes<'a> {
     /// Renders one sample in each tile, the same that the first pass renders there, and traces as many light paths.
     fn preview(&mut self) {
         let paths = self.halves.tiles().len() as u64;
-        self.trace_light(0, 0..paths, || true, &Progress::hidden());
+        self.trace_light(0, (0..paths, 0), || true, &Progress::hidden());
         let sample = |workspace: &mut Workspace, bounds: &PixelBounds| {
             let center = (bounds.min + bounds.max) / 2;
             let pixel = PixelBounds::new(center, center + UVec2::ONE);
             let mut tile = self.job.film.tile(pixel);
-            let own = (workspace, None);
+            let own = (workspace, None, None);
             sample_tile(self.job, &self.samplers[0], 0..1, (&mut tile, pixel), own);
             tile.statistics(center).copied().unwrap_or_default()
         };
@@ -233,11 +234,11 @@ impl<'a> Passes<'a> {
         self.preview = sampled.collect();
     }
 
-    /// Traces light paths of a half, as long as it is in time.
+    /// Traces light paths of a half, as long as it is in time; some were counted already.
     fn trace_light(
         &mut self,
         half: usize,
-        paths: Range<u64>,
+        paths: (Range<u64>, u64),
         in_time: impl Fn() -> bool + Sync,
         progress: &Progress,
     ) -> bool {
@@ -263,7 +264,7 @@ impl<'a> Passes<'a> {
                 && splats.paths().count() > paths
             {
                 *splats = blank;
-                is_whole &= self.trace_light(half, 0..paths, || true, progress);
+                is_whole &= self.trace_light(half, (0..paths, 0), || true, progress);
             }
         }
         is_whole
@@ -277,10 +278,17 @@ impl<'a> Passes<'a> {
         let before = [0, 1].map(|half| self.paths(half, self.halves.counts()));
         let job = self.job;
         let workspace = || job.workspace();
-        let mut complete = true;
+        let (mut complete, mut traced) = (true, [0; 2]);
         for (half, counts) in counts.iter().enumerate() {
-            let have = &self.halves.counts()[half];
-            let jobs = self.halves.tiles().par_iter().zip(have).zip(counts);
+            let (tiles, have) = (
+                self.halves.tiles().to_vec(),
+                self.halves.counts()[half].clone(),
+            );
+            // A pass traces the first paths that are left, not those of its samples.
+            let splats = self.halves.splats(half).filter(|_| self.goal.is_none());
+            let light =
+                splats.and_then(|splats| PairedLight::new(job, (half as u8, splats), progress));
+            let jobs = tiles.par_iter().zip(&have).zip(counts);
             let rendered: Vec<Option<(Tile, u32)>> = jobs
                 .enumerate()
                 .map_init(workspace, |workspace, (tile, ((bounds, &have), &want))| {
@@ -293,13 +301,15 @@ impl<'a> Passes<'a> {
                         return None;
                     }
                     let unit_of_tile = (&unit, *bounds);
-                    match work(job, &self.samplers[half], unit_of_tile, workspace, progress) {
+                    let own = (workspace, light.as_ref());
+                    match work(job, &self.samplers[half], unit_of_tile, own, progress) {
                         Worked::Finished(tile) => Some((tile, want)),
                         // A part of a pass would be counted by no later one.
                         Worked::Stopped(tile) => self.goal.is_none().then_some((tile, have)),
                     }
                 })
                 .collect();
+            traced[half] = light.map_or(0, PairedLight::traced);
             for (number, (tile, &want)) in rendered.into_iter().zip(counts).enumerate() {
                 if let Some((tile, reached)) = tile {
                     self.halves.merge(half, tile);
@@ -309,7 +319,7 @@ impl<'a> Passes<'a> {
             }
         }
         for (half, done) in before.into_iter().enumerate() {
-            let paths = done..self.paths(half, counts);
+            let paths = (done..self.paths(half, counts), traced[half]);
             complete &= self.trace_light(half, paths, in_time, progress);
         }
         complete

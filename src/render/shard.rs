@@ -242,7 +242,7 @@ pub fn render_shard(
             return true;
         }
         let unit = (&piece.unit, piece.bounds);
-        let worked = work(job, sampler, unit, workspace, progress);
+        let worked = work(job, sampler, unit, (workspace, None), progress);
         let is_kept = progress
             .journal()
             .is_none_or(|journal| !journal.has_failed());
@@ -253,7 +253,10 @@ pub fn render_shard(
     let is_whole = rendered.reduce(|| true, |a, b| a && b);
     let halves = light.splats.iter_mut().zip(&samplers).zip(0..);
     halves.fold(is_whole, |is_whole, ((splats, sampler), half)| {
-        let paths = division.light(shard, half.into(), pass, job.splat_share());
+        let paths = (
+            division.light(shard, half.into(), pass, job.splat_share()),
+            0,
+        );
         let sampler = (half, sampler);
         light_pass::trace(job, sampler, splats, paths, || true, progress) && is_whole
     })

@@ -5,12 +5,15 @@ use super::Bdpt;
 use super::camera_path::{CameraPath, Trail};
 use super::flats::Flats;
 use super::joins::Gain;
-use super::kept::{LightPath, LightPaths};
+use super::kept::{self, LightPath, LightPaths};
 use super::light_path::LightVertex;
 use super::light_wave::{PathStart, Visitor, trace_all};
+use super::splat::{self, Waiting};
 use super::walk::Met;
 use crate::accel::ClosestHit;
+use crate::cameras::Camera;
 use crate::handles::LightId;
+use crate::integrators::Splat;
 use crate::integrators::context::{Bundle, WAVE};
 use crate::integrators::shadows::Shadows;
 use crate::integrators::witness::Watch;
@@ -65,15 +68,47 @@ pub(super) fn radiances(bdpt: &Bdpt, bundle: Bundle, out: &mut ArrayVec<Rgb, WAV
     bundle.workspace.buffers = Some(buffers);
 }
 
-impl<'a> Visitor<'a> for LightPaths<'a> {
+/// Keeps the vertices of light paths.
+struct Keep<'k, 'a> {
+    bdpt: &'k Bdpt,
+    light_paths: &'k mut LightPaths<'a>,
+    /// If the paths are of the light pass, which takes numbers for the lens.
+    camera: Option<&'k Camera>,
+}
+
+impl<'a> Visitor<'a> for Keep<'_, 'a> {
     fn visit(
         &mut self,
         start: &PathStart,
         light: LightId,
         vertex: LightVertex<'_, 'a>,
-        _: &mut SampleStream,
+        stream: &mut SampleStream,
     ) {
-        self.push(start.path as usize, light, &vertex);
+        if self.bdpt.joins_vertex(&vertex) {
+            self.light_paths.push(start.place as usize, light, &vertex);
+        }
+        if let Some(camera) = self.camera {
+            splat::skip_lens(camera, stream);
+        }
+    }
+}
+
+/// Keeps them, and joins them to the lens as well.
+struct KeepAndJoin<'k, 'c, 'a, S> {
+    keep: Keep<'k, 'a>,
+    lens: &'k mut Waiting<'c, 'a, S>,
+}
+
+impl<'a, S: FnMut(Splat)> Visitor<'a> for KeepAndJoin<'_, '_, 'a, S> {
+    fn visit(
+        &mut self,
+        start: &PathStart,
+        light: LightId,
+        vertex: LightVertex<'_, 'a>,
+        stream: &mut SampleStream,
+    ) {
+        self.keep.visit(start, light, vertex, stream);
+        self.lens.visit(start, light, vertex, stream);
     }
 }
 
@@ -98,13 +133,17 @@ impl<'a> Wave<'a, '_> {
     }
 
     fn trace_light_paths(&mut self, joined: &[u32]) -> LightPaths<'a> {
+        let bdpt = self.bdpt;
         let Bundle {
             world,
             lights,
             paths,
             workspace,
+            light_job,
         } = &mut self.bundle;
-        let tracer = self.bdpt.joinable(world, lights);
+        let world = *world;
+        let paired = { paths.first() }.and_then(|path| Some((path.end.paired?, path.end.camera)));
+        let tracer = bdpt.joinable(world, lights, paired.is_some());
         // For as many as may ever be joined at once: chance decides, and no later wave is to allocate more.
         let most = if self.bdpt.connections > 0.0 { WAVE } else { 0 };
         let room = (most, tracer.max_depth);
@@ -114,15 +153,27 @@ impl<'a> Wave<'a, '_> {
         }
         let begin = |&path: &u32| {
             let of_camera = &mut paths[path as usize];
-            let start = PathStart {
-                path: path.into(),
-                time: of_camera.end.ray.ray.time,
-                wavelength: 0.0,
-            };
-            (start, of_camera.stream.fork())
+            kept::start((world, &of_camera.end), of_camera.stream, path)
         };
+        let starts = joined.iter().map(begin);
         let flats = &mut self.buffers.flats;
-        trace_all(&tracer, joined.iter().map(begin), flats, &mut light_paths);
+        let mut keep = Keep {
+            bdpt,
+            light_paths: &mut light_paths,
+            camera: None,
+        };
+        match (paired, light_job, &mut workspace.splats) {
+            (Some(_), Some(job), Some(buffer)) => {
+                let splat = &mut |splat: Splat| splat.add_to(buffer, world);
+                let lens = &mut Waiting::new(&tracer, job, splat);
+                trace_all(&tracer, starts, flats, &mut KeepAndJoin { keep, lens });
+                lens.land();
+            }
+            _ => {
+                keep.camera = paired.map(|(_, camera)| camera);
+                trace_all(&tracer, starts, flats, &mut keep);
+            }
+        }
         light_paths
     }
 

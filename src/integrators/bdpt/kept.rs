@@ -1,14 +1,18 @@
 //! Light paths that are kept, so that camera paths can be joined to them.
 
 use super::light_path::LightVertex;
+use super::light_wave::PathStart;
+use super::splat;
 use super::vertex::{FlatVertex, Vertex};
 use super::weights::History;
 use crate::accel::GeometryHit;
 use crate::bsdf::Bsdf;
 use crate::handles::{LightId, MediumId};
-use crate::integrators::context::WAVE;
+use crate::integrators::context::{CameraEnd, Paired, WAVE};
 use crate::integrators::vertex::MediumVertex;
 use crate::math::Rgb;
+use crate::samplers::SampleStream;
+use crate::world::World;
 
 /// Room is made for so many vertices of a path before there are any.
 const INITIAL_CAPACITY: u32 = 16;
@@ -100,6 +104,25 @@ pub(super) struct LightPaths<'a> {
 struct Link<'a> {
     kept: Kept<'a>,
     next: Option<u32>,
+}
+
+/// How a light path starts that the camera path in this `place` is joined to, and its numbers: those of the light pass, or of the camera path.
+pub(super) fn start(
+    (world, end): (&World, &CameraEnd),
+    stream: &mut SampleStream,
+    place: u32,
+) -> (PathStart, SampleStream) {
+    if let Some(Paired { sampler, number }) = end.paired {
+        let stream = sampler.light_stream(number);
+        return splat::start((world, end.camera), (number, place), stream);
+    }
+    let start = PathStart {
+        path: place.into(),
+        place,
+        time: end.ray.ray.time,
+        wavelength: 0.0,
+    };
+    (start, stream.fork())
 }
 
 /// Where a path's first and last vertex are, and where it begins.

@@ -31,6 +31,8 @@ struct ActivePath {
 pub(super) struct PathStart {
     /// Its number.
     pub path: u64,
+    /// That of the camera path that is joined to it, if one is.
+    pub place: u32,
     pub time: f32,
     /// See [`CameraSample::wavelength`](crate::cameras::CameraSample::wavelength).
     pub wavelength: f32,

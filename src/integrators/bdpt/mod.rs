@@ -11,9 +11,9 @@
 //! | ≥ 2 | ≥ 2 | a camera path is joined to a light path | [`joins`], [`light_path`] |
 //! | ≥ 2 | 1 | a light path is joined to the lens: the light pass | [`splat`] |
 //!
-//! The last row is what no path tracer has: the caustics of lights without area. Its paths are shared by all pixels, and are not those
-//! that camera paths are joined to; an image is the sum of both parts, each unbiased by itself. Which of these ways are taken, and how often,
-//! is what pays in a pilot pass; an image that camera paths find at less cost alone is left to [`Path`].
+//! The last row is what no path tracer has: the caustics of lights without area. Its paths are shared by all pixels; an image is the sum of
+//! both parts, each unbiased by itself. Where every camera path is joined to a light path, that is one of the light pass, and is traced once for
+//! both ([`Paired`](super::Paired)). Which of these ways are taken, and how often, is what pays in a pilot pass; an image that camera paths find at less cost alone is left to [`Path`].
 //!
 //! Many paths of either kind go side by side ([`camera_wave`], [`light_wave`]): their rays are traced together, vertices on flat matte triangles are
 //! kept as rows of numbers ([`flats`]), and smooth boundaries have no BSDF's memory. What a path brings does not depend on the others.
@@ -45,7 +45,7 @@ use crate::world::World;
 use arrayvec::ArrayVec;
 use camera_path::{CameraPath, Trail};
 use kept::LightPaths;
-use light_path::LightTracer;
+use light_path::{LightTracer, LightVertex};
 
 pub(super) use camera_wave::WaveBuffers;
 pub(super) use kept::SpareVertices;
@@ -115,13 +115,20 @@ impl Bdpt {
 
     /// Radiance along the camera ray: that of camera paths, and of those that are joined to a light path if this one `joins`.
     fn parts(&self, mut context: Context, joins: bool) -> [Rgb; 2] {
-        let tracer = self.joinable(context.world, context.lights);
+        let paired = context.end.paired;
+        let tracer = self.joinable(context.world, context.lights, paired.is_some());
         let room = (usize::from(joins), tracer.max_depth);
         let mut light_paths = LightPaths::in_spare(&mut context.workspace.vertices, room);
         if joins {
-            let numbers = &mut context.stream.fork();
-            tracer.trace(context.ray().time, numbers, |light, vertex, _| {
-                light_paths.push(0, light, &vertex);
+            let camera = context.end.camera;
+            let (start, mut stream) = kept::start((context.world, context.end), context.stream, 0);
+            tracer.trace(start.time, &mut stream, |light, vertex, stream| {
+                if self.joins_vertex(&vertex) {
+                    light_paths.push(0, light, &vertex);
+                }
+                if paired.is_some() {
+                    splat::skip_lens(camera, stream);
+                }
             });
         }
         let mut trail = Trail::default();
@@ -140,15 +147,26 @@ impl Bdpt {
         parts
     }
 
-    /// What light paths are traced through that camera paths are joined to.
-    fn joinable<'c, 'a>(&'c self, world: &'a World, lights: &'c Lights) -> LightTracer<'c, 'a> {
+    /// What light paths are traced through that camera paths are joined to, which may be of the light pass, too.
+    fn joinable<'c, 'a>(
+        &'c self,
+        world: &'a World,
+        lights: &'c Lights,
+        are_paired: bool,
+    ) -> LightTracer<'c, 'a> {
+        // The camera's vertex takes one of the scattering events.
+        let taken = u32::from(!are_paired);
         LightTracer {
             bdpt: self,
             world,
             lights,
-            // The camera's vertex takes one of the scattering events.
-            max_depth: self.max_depth.saturating_sub(1),
+            max_depth: self.max_depth.saturating_sub(taken),
         }
+    }
+
+    /// Returns `true` if a camera path may be joined to the vertex, as far as the number of scattering events goes.
+    fn joins_vertex(&self, vertex: &LightVertex) -> bool {
+        vertex.depth + 1 < self.max_depth
     }
 }
 
@@ -194,7 +212,7 @@ impl Transport for Bdpt {
         &self,
         job: &LightJob,
         lights: &Lights,
-        mut stream: SampleStream,
+        stream: SampleStream,
     ) -> Option<Beginning> {
         let tracer = LightTracer {
             bdpt: self,
@@ -202,7 +220,7 @@ impl Transport for Bdpt {
             lights,
             max_depth: self.max_depth,
         };
-        splat::skip_camera(job, &mut stream);
+        let (_, mut stream) = splat::start((job.world, job.camera), (0, 0), stream);
         tracer.beginning(&mut stream)
     }
 

@@ -6,7 +6,7 @@ use super::light_path::{LightTracer, LightVertex};
 use super::light_wave::{PathStart, Visitor, trace_all};
 use super::strategies::layer;
 use super::weights::{History, square, weight};
-use crate::cameras::{Aim, BUNDLE, Landing, LensSample};
+use crate::cameras::{Aim, BUNDLE, Camera, Landing, LensSample};
 use crate::handles::{LightId, MediumId};
 use crate::integrators::landing::{for_pixels, reaches_film};
 use crate::integrators::shadows::unblocked;
@@ -15,6 +15,7 @@ use crate::integrators::{LightJob, Splat};
 use crate::math::ray::Ray;
 use crate::math::{Rgb, Vec2, color::is_black};
 use crate::samplers::SampleStream;
+use crate::world::World;
 use arrayvec::ArrayVec;
 
 /// A connection before it is start where on the film it lands.
@@ -39,7 +40,7 @@ struct Pending {
 }
 
 /// Connections that wait for each other.
-struct Waiting<'c, 'a, S> {
+pub(super) struct Waiting<'c, 'a, S> {
     tracer: &'c LightTracer<'c, 'a>,
     job: &'c LightJob<'c>,
     splat: &'c mut S,
@@ -55,22 +56,8 @@ pub(super) fn splat_paths(
     flats: &mut Flats,
     splat: &mut impl FnMut(Splat),
 ) {
-    let mut waiting = Waiting {
-        tracer,
-        job,
-        splat,
-        pending: ArrayVec::new(),
-        aims: ArrayVec::new(),
-    };
-    let paths = paths.map(|(path, mut stream)| {
-        let (time, wavelength) = skip_camera(job, &mut stream);
-        let start = PathStart {
-            path,
-            time,
-            wavelength,
-        };
-        (start, stream)
-    });
+    let mut waiting = Waiting::new(tracer, job, splat);
+    let paths = paths.map(|(path, stream)| start((job.world, job.camera), (path, 0), stream));
     trace_all(tracer, paths, flats, &mut waiting);
     waiting.land();
 }
@@ -97,14 +84,44 @@ impl<'a, S: FnMut(Splat)> Visitor<'a> for Waiting<'_, 'a, S> {
     }
 }
 
-/// The first numbers of a path are the camera's: time, if that matters, and wavelength.
-pub(super) fn skip_camera(job: &LightJob, stream: &mut SampleStream) -> (f32, f32) {
-    let moves = job.world.moves() || job.camera.moves();
-    let time = job.camera.shutter().time(stream.next_1d_if(moves));
-    (time, stream.next_1d_if(job.camera.disperses()))
+/// How a path of the light pass starts. Its first numbers are the camera's: time, if that matters, and wavelength.
+pub(super) fn start(
+    (world, camera): (&World, &Camera),
+    (path, place): (u64, u32),
+    mut stream: SampleStream,
+) -> (PathStart, SampleStream) {
+    let moves = world.moves() || camera.moves();
+    let start = PathStart {
+        path,
+        place,
+        time: camera.shutter().time(stream.next_1d_if(moves)),
+        wavelength: stream.next_1d_if(camera.disperses()),
+    };
+    (start, stream)
 }
 
-impl<S: FnMut(Splat)> Waiting<'_, '_, S> {
+/// Where the connection of a vertex takes numbers: they are left out where it is not made.
+pub(super) fn skip_lens(camera: &Camera, stream: &mut SampleStream) {
+    if camera.has_lens() {
+        stream.skip_2d();
+    }
+}
+
+impl<'c, 'a, S: FnMut(Splat)> Waiting<'c, 'a, S> {
+    pub(super) fn new(
+        tracer: &'c LightTracer<'c, 'a>,
+        job: &'c LightJob<'c>,
+        splat: &'c mut S,
+    ) -> Self {
+        Waiting {
+            tracer,
+            job,
+            splat,
+            pending: ArrayVec::new(),
+            aims: ArrayVec::new(),
+        }
+    }
+
     /// Joins a vertex to the lens.
     fn join(
         &mut self,
@@ -131,7 +148,7 @@ impl<S: FnMut(Splat)> Waiting<'_, '_, S> {
     }
 
     /// Finds out where the connections land, and what they bring there.
-    fn land(&mut self) {
+    pub(super) fn land(&mut self) {
         let (world, job) = (self.tracer.world, self.job);
         let mut landings = ArrayVec::new();
         job.camera.land_all(&self.aims, &mut landings);

@@ -152,6 +152,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
             lights,
             paths,
             workspace,
+            light_job,
         } = &mut self.bundle;
         Walk {
             path: self.path,
@@ -160,6 +161,7 @@ impl<'a, 'p, const MEDIA: bool, const WATCHED: bool> Walk<'a, 'p, MEDIA, WATCHED
                 lights,
                 paths,
                 workspace,
+                light_job: *light_job,
             },
             follows: false,
         }

@@ -59,6 +59,7 @@ impl RenderJob {
             paths: count,
             blocks: &pilot.blocks,
             worth: &worth(&pilot.blocks, &helped, &lit),
+            may_be_paired: false,
         };
         let least = noise_of_camera(&helped, 0.0, told.worth) * COST_OF_CAMERA;
         let rare = told.rare_alone(RARE) * COST_OF_PATH;

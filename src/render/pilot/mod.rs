@@ -89,6 +89,9 @@ const COST_OF_CAMERA: f64 = 1.0;
 const COST_OF_JOINING: f64 = 1.2;
 const COST_OF_LIGHT: f64 = 1.3;
 
+/// Time for joining to the lens a path that is traced for a camera path.
+const COST_OF_LENS: f64 = 0.4;
+
 /// Time for a sample of the path tracer: 0.55 to 0.71 of the same as one of `bdpt` that is not joined to a light path.
 const COST_OF_PATH: f64 = 0.6;
 
@@ -248,18 +251,19 @@ impl RenderJob {
         if !may_be_better {
             return false;
         }
-        // Of the rare bright samples that camera paths have not met light paths tell, if any of them come to the lens.
+        // Of the rare bright samples that camera paths have not met light paths tell, if enough of them come to the lens.
         let paths = (self.paths_of_round() / PART_OF_ROUND).next_multiple_of(CHUNK);
         let told = Told {
             brought: &self.light(pilot, 0..paths),
             paths,
             blocks: &pilot.blocks,
             worth: &worth,
+            may_be_paired: false,
         };
         let rare = RARE.max(RARE_OF_SAMPLE * 2.0 * by_path.len() as f64);
         let all = brightness(seen, (share.into(), rare), &worth)
             + told.brightness(self.paths_per_sample());
-        !told.brought.is_empty()
+        told.lucky_paths() >= ENOUGH
             && (noise + told.rare_alone(rare)) * COST_OF_PATH <= least
             && brightness(by_path, (0.0, rare), &worth) >= MIN_SEEN * all
     }
@@ -308,6 +312,7 @@ impl RenderJob {
             paths: count,
             blocks: &pilot.blocks,
             worth: &worth(&pilot.blocks, seen, &lit),
+            may_be_paired: self.may_pair_paths(),
         };
         let camera = noise_of_camera(seen, share.into(), told.worth);
         let (light_share, least) = best_light_share(camera, &told, share, shares);
@@ -326,7 +331,7 @@ impl RenderJob {
         };
         self.integrator.join(all);
         let seen = self.look(pilot);
-        let worth = worth(&pilot.blocks, &seen, &LightOfBlocks::default());
+        let worth = worth_beside_lamps(&pilot.blocks, &seen);
         let joined = part_of_joined(&pilot.blocks, &seen, &worth);
         if joined >= MIN_JOINED {
             return (seen, all);
@@ -342,7 +347,7 @@ impl RenderJob {
     /// Luminances of two camera paths in each block.
     fn look(&self, pilot: &Pilot) -> Vec<Pair> {
         let Pilot { sampler, blocks } = pilot;
-        let all = OfAll::new(self);
+        let all = OfAll::new(self, sampler);
         let all_blocks = (0..blocks.count()).into_par_iter();
         let pairs = all_blocks.map_init(Workspace::default, |workspace, block| {
             let pixel = blocks.pixel(block);
@@ -486,6 +491,8 @@ struct Told<'a> {
     blocks: &'a Blocks,
     /// Of the blocks' light.
     worth: &'a [f64],
+    /// Camera paths may be joined to light paths of the image's light pass.
+    may_be_paired: bool,
 }
 
 impl Told<'_> {
@@ -493,6 +500,11 @@ impl Told<'_> {
     fn mean(&self, square: impl Fn(&Brought) -> f64) -> f64 {
         let of = |b: &Brought| square(b) * self.worth[b.block as usize];
         self.brought.iter().map(of).sum::<f64>() / (self.paths as f64 * self.pixels())
+    }
+
+    /// How many paths have brought anything.
+    fn lucky_paths(&self) -> usize {
+        self.brought.chunk_by(|a, b| a.path == b.path).count()
     }
 
     fn pixels(&self) -> f64 {
@@ -546,11 +558,21 @@ fn cost_of_camera(share: f32) -> f64 {
     COST_OF_CAMERA + f64::from(share) * COST_OF_JOINING
 }
 
+/// Time for so many light paths for each camera sample, which are joined to one each if `are_paired`.
+fn cost_of_light(share: f32, are_paired: bool) -> f64 {
+    let share = f64::from(share);
+    match are_paired && share >= 1.0 {
+        true => COST_OF_LENS + (share - 1.0) * COST_OF_LIGHT,
+        false => share * COST_OF_LIGHT,
+    }
+}
+
 /// Light paths for each camera sample by which the error falls fastest, given the variance of camera samples, and noise × time then.
 fn best_light_share(camera: f64, told: &Told, joined: f32, shares: &[f32]) -> (f32, f64) {
     let effort = |share: f32| {
         let of_light = f64::from(share);
-        let cost = cost_of_camera(joined) + of_light * COST_OF_LIGHT;
+        let cost =
+            cost_of_camera(joined) + cost_of_light(share, told.may_be_paired && joined >= 1.0);
         (camera + told.rare(of_light) + told.noise(of_light)) * cost
     };
     let least = { shares.iter() }

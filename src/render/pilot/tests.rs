@@ -145,6 +145,18 @@ fn light_paths_are_not_left_out_where_camera_samples_are_rarely_bright() {
     assert!(window(&(far + &near)).traces_light());
 }
 
+/// A lamp between a floor and a shelf 0.1 above it: of a few thousand light paths some forty come out and into view, none of them from where the floor
+/// is brightest, which camera samples meet once in a million.
+#[test]
+fn few_light_paths_prove_nothing() {
+    let shelf = "AttributeBegin Material \"matte\" \"rgb Kd\" [.6 .6 .6] Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+                 \"point P\" [.5 -.4 -1  1.5 -.4 -1  1.5 -.4 -.3  .5 -.4 -.3] AttributeEnd";
+    let lights = "LightSource \"point\" \"point from\" [0 6 -6] \"rgb I\" [30 30 30] \
+                  LightSource \"point\" \"point from\" [1 -.45 -.8] \"rgb I\" [10 10 10]";
+    let job = window(&format!("{lights} {shelf}"));
+    assert!(job.integrator.begins_at_lights());
+}
+
 /// A tenth of the image, behind a pane and lit by a bulb of glass, lives by joints alone.
 #[test]
 fn all_are_joined_where_a_part_of_the_image_lives_by_it() {
