@@ -3,7 +3,7 @@
 use super::codes::{ANSWER_IS_NO, BAD_INPUT, IO_FAILED};
 use super::encoding::EncodingArgs;
 use super::messages::{self, Failure};
-use super::render::file_name;
+use super::values::file_name;
 use crate::console;
 use crate::film;
 use crate::output;

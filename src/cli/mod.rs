@@ -32,7 +32,9 @@ mod render;
 mod results;
 mod shard;
 mod suite;
+mod summary;
 mod tradeoff;
+mod values;
 
 use crate::cameras::Compat;
 use crate::console;

@@ -10,15 +10,16 @@ use super::live::{LiveArgs, Times};
 use super::messages::{self, Failure};
 use super::progress::{Bar, Form};
 use super::shard::{self, ShardArgs};
+use super::summary;
+use super::values::{file_name, positive, whole};
 use crate::console;
-use crate::film::{FilmMetadata, LayerSet, WriteError};
+use crate::film::{LayerSet, WriteError};
 use crate::session::{
-    Denoiser, Ended, Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions,
+    Denoiser, Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions,
     Rendered, Scene, Step, THREADS_PER_PROCESSOR, TILE_SIZE, threads_started,
 };
 use clap::Args;
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Once};
@@ -370,31 +371,6 @@ fn check_threads(args: &RenderArgs) {
     }
 }
 
-/// Parses a file's name, which is not to be taken for an option.
-pub(super) fn file_name(name: OsString) -> Result<PathBuf, String> {
-    let path = PathBuf::from(name);
-    let name = path.display();
-    match path.as_os_str().as_encoded_bytes().starts_with(b"-") {
-        true => Err(format!(
-            "expected a file's name; one that starts with a hyphen is written `./{name}`"
-        )),
-        false => Ok(path),
-    }
-}
-
-fn whole(text: &str) -> Result<u64, String> {
-    let expected = |_| format!("expected a whole number from 0 to {}", u64::MAX);
-    text.parse().map_err(expected)
-}
-
-/// Parses a positive count.
-fn positive(text: &str) -> Result<u32, String> {
-    match text.parse() {
-        Ok(0) | Err(_) => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
-        Ok(count) => Ok(count),
-    }
-}
-
 fn render_frame(
     args: &RenderArgs,
     options: &RenderOptions,
@@ -438,7 +414,7 @@ fn render_frame(
         unwritten = unwritten.into_iter().chain([IO_FAILED]).min();
     }
     if !args.quiet {
-        report_end(&rendered, &written, started, rendering);
+        summary::print(&rendered, &written, started, rendering);
     }
     if unwritten.is_none() {
         clean_up(&frame, outputs);
@@ -569,65 +545,4 @@ fn interrupted(args: &RenderArgs, frame: &Prepared, rendered: &Rendered, outputs
         ));
     }
     End::Interrupted { kept }
-}
-
-fn report_end(rendered: &Rendered, written: &[String], started: Instant, rendering: Instant) {
-    let seconds = rendering.elapsed().as_secs_f64();
-    if let Some(dropped) = &rendered.dropped {
-        messages::warning(format!(
-            "{} of the samples were negative or not finite, and count as black; the first is {}",
-            dropped.count,
-            dropped.first()
-        ));
-    }
-    let written = match written {
-        [] => "not written".to_string(),
-        written => written.join(" and "),
-    };
-    console::say(format_args!(
-        "{written}: {}, {seconds:.2} s ({:.2} M samples/s), {:.2} s in all",
-        quality(rendered),
-        rendered.samples / seconds / 1e6,
-        started.elapsed().as_secs_f64(),
-    ));
-}
-
-/// How sure the error is, if a confidence was asked for.
-fn promised(rendered: &Rendered) -> String {
-    let FilmMetadata {
-        confidence,
-        error_bound,
-        ..
-    } = rendered.metadata;
-    let told = |(sure, bound): (f64, f64)| {
-        let (sure, bound) = (100.0 * sure, 100.0 * bound);
-        format!(", below {bound:.3} % with {sure} % confidence")
-    };
-    confidence.zip(error_bound).map(told).unwrap_or_default()
-}
-
-/// How good an image is.
-fn quality(rendered: &Rendered) -> String {
-    let Some((passes, ended)) = rendered.passes else {
-        return format!("{} samples a pixel", rendered.spp);
-    };
-    let error = match rendered.metadata.relative_error {
-        Some(error) => format!(
-            "relative error {:.3} %{}",
-            100.0 * error,
-            promised(rendered)
-        ),
-        None if rendered.is_black() => "no light was found".to_string(),
-        None => "unknown error (no noise was found)".to_string(),
-    };
-    format!(
-        "{error} after {:.1} samples a pixel on average in {passes} passes ({})",
-        rendered.spp,
-        match ended {
-            Ended::Error => "good enough",
-            Ended::Time => "time is up",
-            Ended::Samples => "no more samples allowed",
-            Ended::Stopped => "stopped",
-        }
-    )
 }
