@@ -15,8 +15,8 @@ use super::values::{file_name, positive, whole};
 use crate::console;
 use crate::film::{LayerSet, WriteError};
 use crate::session::{
-    Denoiser, Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions,
-    Rendered, Scene, Step, THREADS_PER_PROCESSOR, TILE_SIZE, threads_started,
+    Denoiser, Frame, OutputNames, Outputs, Policy, Prepared, Problems, RenderOptions, Rendered,
+    Scene, Step, THREADS_PER_PROCESSOR, TILE_SIZE, threads_started,
 };
 use clap::Args;
 use clap::builder::{OsStringValueParser, TypedValueParser};

@@ -17,6 +17,8 @@ const LENS: &str = "tests/scenes/valid/realistic_camera.pbrt";
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// Paths from the lights, too, which end anywhere on the film.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
+/// Light paths that are traced once for the camera paths that are joined to them and for the lens.
+const FOG: &str = "tests/scenes/census/point_medium_bdpt.pbrt";
 /// Photons, which all pixels share: tiles with their discs.
 const PHOTONS: &str = "tests/scenes/reference/int_sppm.pbrt";
 /// Ghosts of a lens, which do so, too.
@@ -108,6 +110,7 @@ fn so_do_those_with_paths_from_the_lights() {
     for (scene, goal) in [
         (BOTH_ENDS, ["--spp", "40"]),
         (BOTH_ENDS, ["--error", "9%"]),
+        (FOG, ["--spp", "200"]),
         (GHOSTS, ["--spp", "400"]),
     ] {
         let [undisturbed, killed] = undisturbed_and_killed(scene, &goal);

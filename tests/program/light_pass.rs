@@ -14,6 +14,9 @@ use std::path::Path;
 /// A ball of glass with its caustic, and one of chalk.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
 
+/// Light paths that are traced once for the camera paths that are joined to them and for the lens.
+const FOG: &str = "tests/scenes/census/point_medium_bdpt.pbrt";
+
 /// A path tracer's image with the ghosts of a lens.
 const GHOSTS: &str = "tests/scenes/valid/ghosts.pbrt";
 
@@ -31,6 +34,8 @@ fn threads_and_tiles_change_no_byte_of_them() {
     for (scene, goal) in [
         (BOTH_ENDS, ["--spp", "6"]),
         (BOTH_ENDS, ["--error", "25%"]),
+        (FOG, ["--spp", "6"]),
+        (FOG, ["--error", "40%"]),
         (GHOSTS, ["--spp", "40"]),
         (GHOSTS, ["--error", "40%"]),
     ] {

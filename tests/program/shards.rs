@@ -14,6 +14,8 @@ const GAUSS: &str = "tests/scenes/reference/realistic_dgauss50_full.pbrt";
 const BOX: &str = "tests/scenes/reference/int_cornell_path.pbrt";
 /// Paths from the lights, too, which end anywhere on the film.
 const BOTH_ENDS: &str = "tests/scenes/reference/int_bdpt.pbrt";
+/// Light paths that are traced once for the camera paths that are joined to them and for the lens.
+const FOG: &str = "tests/scenes/census/point_medium_bdpt.pbrt";
 /// Ghosts of a lens, which do so, too.
 const GHOSTS: &str = "tests/scenes/valid/ghosts.pbrt";
 
@@ -119,6 +121,7 @@ fn light_paths_are_merged_to_the_bits_of_the_whole() {
             4,
         ),
         (BOTH_ENDS, &["--spp", "1"], 7),
+        (FOG, &["--spp", "5", "--crop", "0.2,0.9,0.1,0.8"], 3),
         (GHOSTS, &["--spp", "30"], 3),
     ] {
         let whole = [more, &["--variance", "--no-checkpoint"]].concat();
