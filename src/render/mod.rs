@@ -37,15 +37,15 @@ use crate::film::{Developed, DroppedSample, Film, FilmSpec, Kept, LightShare, Pi
 use crate::filters::Filter;
 use crate::integrators::witness::{Place, Watch};
 use crate::integrators::{
-    CameraEnd, CameraPath, Counts, GhostLight, Integrator, LightJob, WAVE, Workspace,
+    CameraEnd, CameraPath, Counts, GhostLight, Integrator, LightJob, Paired, WAVE, Workspace,
 };
 use crate::math::instruction_set::{Instructions, Kernel, WIDEST, vectorize};
 use crate::math::{DVec3, Rgb, UVec2, Vec2};
-use crate::samplers::{Pairs, SampleStream, Sampler};
+use crate::samplers::{Pairs as SamplePairs, SampleStream, Sampler};
 use crate::world::World;
 use arrayvec::ArrayVec;
 use layers::{Shown, Tell};
-use paired_light::{PairedLight, Pairing};
+use paired_light::{Pairing, Pairs};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -121,14 +121,14 @@ pub fn expose(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     }
     let film = Mutex::new(Film::new(&job.film));
     let mut splats = light_pass::restored(job, 0, progress);
-    let half = splats.as_mut().map(|splats| (0, splats));
-    let light = half.and_then(|half| PairedLight::new(job, half, progress));
+    let pairing = Pairing::whole(job, job.sampler.spp());
+    let pairs = Pairs::new(job, pairing, (0, splats.as_mut()), progress);
     each_tile(job, tile_size, |workspace, tile, bounds| {
-        let own = (workspace, light.as_ref());
+        let own = (workspace, pairs.as_ref());
         let done = work_of_half(job, &job.sampler, (0, tile, bounds), own, progress);
         locked(&film).merge(done);
     });
-    let traced = light.map_or(0, PairedLight::traced);
+    let traced = pairs.map_or(0, Pairs::traced);
     let mut film = unlocked(film);
     if let Some(mut splats) = splats {
         let paths = (0..job.light_paths(job.sampler.spp()), traced);
@@ -185,7 +185,7 @@ fn work_of_half(
     job: &RenderJob,
     sampler: &Sampler,
     (half, tile, bounds): (u8, u32, PixelBounds),
-    own: (&mut Workspace, Option<&PairedLight>),
+    own: (&mut Workspace, Option<&Pairs>),
     progress: &Progress,
 ) -> Tile {
     let unit = Unit {
@@ -217,10 +217,11 @@ fn sample_tile(
     sampler: &Sampler,
     samples_of_pixel: Range<u32>,
     (tile, bounds): (&mut Tile, PixelBounds),
-    (workspace, mut watch, light): (&mut Workspace, Option<&mut Watch>, Option<&PairedLight>),
+    (workspace, mut watch, paired): (&mut Workspace, Option<&mut Watch>, Option<&Pairs>),
 ) {
-    let all = OfAll::new(job, sampler);
-    let light_job = light.map(|light| light.begin(workspace));
+    let all = OfAll::new(job, sampler, paired.map(|pairs| &pairs.pairing));
+    let light = paired.and_then(|pairs| Some((pairs.light.as_ref()?, &pairs.pairing)));
+    let light_job = light.map(|(light, _)| light.begin(workspace));
     let want_differentials = job.world.needs_footprint();
     let mut waiting = ArrayVec::<PendingSample, WAVE>::new();
     let mut samples = ArrayVec::<CameraSample, WAVE>::new();
@@ -238,7 +239,7 @@ fn sample_tile(
         let indices = samples_of_pixel.clone();
         indices.map(move |index| PendingSample::undrawn(of_pixel.stream(index), (pixel, index)))
     });
-    let mut pairs = Box::<Pairs<WAVE>>::default();
+    let mut pairs = Box::<SamplePairs<WAVE>>::default();
     loop {
         waiting.extend(indices.by_ref().take(WAVE));
         let on_film = film_samples(&mut pairs, &mut waiting);
@@ -248,7 +249,7 @@ fn sample_tile(
         );
         if samples.is_empty() {
             tile.close();
-            if let Some(light) = light {
+            if let Some((light, _)) = light {
                 light.empty(workspace);
             }
             return;
@@ -268,8 +269,8 @@ fn sample_tile(
             let radiances = radiances(shown, camera, &mut waiting, own, light_job);
             let radiances = radiances.as_slice();
             let samples = (waiting.as_slice(), &*rays);
-            if let Some(light) = light {
-                light.take(workspace, samples, &all);
+            if let Some((light, pairing)) = light {
+                light.take(workspace, samples, pairing);
             }
             if has_layers {
                 vectorize::<WIDEST, _>(Tell {
@@ -293,7 +294,10 @@ fn sample_tile(
 }
 
 /// The film samples of a wave.
-fn film_samples(pairs: &mut Pairs<WAVE>, waiting: &mut [PendingSample]) -> ArrayVec<Vec2, WAVE> {
+fn film_samples(
+    pairs: &mut SamplePairs<WAVE>,
+    waiting: &mut [PendingSample],
+) -> ArrayVec<Vec2, WAVE> {
     pairs.clear();
     let mut drawn = ArrayVec::<_, WAVE>::new();
     for (i, waiting) in waiting.iter_mut().enumerate() {
@@ -389,7 +393,9 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     job.camera.rays(&[sample], want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays[0].as_ref()?;
     let mut watch = Watch::searching();
-    let all = OfAll::new(job, sampler);
+    // As in one pass: with an error goal the light path that it was joined to may have been another.
+    let pairing = Pairing::whole(job, sampler.spp());
+    let all = OfAll::new(job, sampler, pairing.as_ref());
     job.integrator.radiance(
         &job.world,
         &waiting.camera_end(job, &sample, camera_ray, &all),
@@ -407,16 +413,16 @@ struct OfAll<'a> {
     spacing: f32,
     /// See [`RenderJob::paths_per_sample`].
     light_paths: f32,
-    pairing: Option<Pairing<'a>>,
+    pairing: Option<(&'a Sampler, &'a Pairing)>,
     shown: Shown<'a>,
     draws: Draws,
 }
 
 impl<'a> OfAll<'a> {
-    /// Of an image, or a half, with these samples.
-    fn new(job: &'a RenderJob, sampler: &'a Sampler) -> OfAll<'a> {
+    /// Of an image, a half, or a pass of one, with these samples and perhaps these pairs.
+    fn new(job: &'a RenderJob, sampler: &'a Sampler, pairing: Option<&'a Pairing>) -> OfAll<'a> {
         OfAll {
-            pairing: Pairing::new(job, sampler),
+            pairing: pairing.map(|pairing| (sampler, pairing)),
             shown: Shown::new(job),
             spacing: 1.0 / (job.footprint_spp.max(1) as f32).sqrt(),
             light_paths: job.paths_per_sample(),
@@ -526,7 +532,10 @@ impl PendingSample {
             ray,
             film_density: self.film_density,
             light_paths: all.light_paths,
-            paired: { all.pairing.as_ref() }.map(|pairing| pairing.of(self.pixel, self.index)),
+            paired: all.pairing.map(|(sampler, pairing)| Paired {
+                sampler,
+                number: pairing.path(self.pixel, self.index),
+            }),
         }
     }
 

@@ -3,12 +3,12 @@
 //! it is depends on the camera sample alone, so that it does not matter for the image who traces it.
 
 use super::light_pass::{keep_now_and_then, new_buffer};
-use super::{OfAll, PendingSample, Progress, RenderJob, locked};
+use super::{PendingSample, Progress, RenderJob, TILE_SIZE, locked};
 use crate::cameras::CameraRay;
 use crate::film::{PixelBounds, Splats};
-use crate::integrators::{LightJob, Paired, Workspace};
+use crate::integrators::{LightJob, Workspace};
 use crate::math::UVec2;
-use crate::samplers::Sampler;
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -27,26 +27,93 @@ impl RenderJob {
     }
 }
 
-/// Which path of the light pass each camera path is joined to.
-pub(super) struct Pairing<'a> {
-    sampler: &'a Sampler,
+/// Which path of the light pass each camera path of a pass is joined to.
+pub(super) struct Pairing {
     pixels: PixelBounds,
+    columns: u32,
+    /// By tile of [`TILE_SIZE`]: its first path, and the samples of each pixel.
+    tiles: Vec<(u64, Range<u32>)>,
 }
 
-impl<'a> Pairing<'a> {
-    /// Of an image, or a half, with these samples; `None` if camera paths are joined to other paths, or not all of them.
-    pub(super) fn new(job: &RenderJob, sampler: &'a Sampler) -> Option<Pairing<'a>> {
-        let pixels = job.lit();
-        job.pairs_paths().then_some(Pairing { sampler, pixels })
+impl Pairing {
+    /// Of an image, or a half, with so many samples in each pixel; `None` if camera paths are joined to other paths, or not all of them.
+    pub(super) fn whole(job: &RenderJob, spp: u32) -> Option<Pairing> {
+        Pairing::of_pass(job, std::iter::repeat(0..spp))
     }
 
-    /// The path for this sample: those of a pixel are one after the other, and so well distributed.
-    pub(super) fn of(&self, pixel: UVec2, sample: u32) -> Paired<'a> {
-        let place = self.pixels.index(pixel).unwrap_or_default() as u64;
-        Paired {
-            sampler: self.sampler,
-            number: place * u64::from(self.sampler.spp()) + u64::from(sample),
+    /// Of a pass with these samples of each tile: its paths are those after the last pass's.
+    pub(super) fn of_pass(
+        job: &RenderJob,
+        samples: impl Iterator<Item = Range<u32>>,
+    ) -> Option<Pairing> {
+        if !job.pairs_paths() {
+            return None;
         }
+        let pixels = job.lit();
+        let areas = pixels.tiles(TILE_SIZE).map(|tile| tile.area() as u64);
+        let tiles: Vec<_> = areas.zip(samples).collect();
+        let before = { tiles.iter() }.map(|(area, samples)| area * u64::from(samples.start));
+        let mut next = job.light_share.paths(before.sum());
+        let with_first = |(area, samples): (u64, Range<u32>)| {
+            let first = next;
+            next += area * samples.len() as u64;
+            (first, samples)
+        };
+        Some(Pairing {
+            pixels,
+            columns: pixels.size().x.div_ceil(TILE_SIZE),
+            tiles: tiles.into_iter().map(with_first).collect(),
+        })
+    }
+
+    /// The number of the path for this sample. Those of a pixel are one after the other, and so well distributed.
+    pub(super) fn path(&self, pixel: UVec2, sample: u32) -> u64 {
+        let at = pixel - self.pixels.min;
+        let (tile, within) = (at / TILE_SIZE, at % TILE_SIZE);
+        let width = TILE_SIZE.min(self.pixels.size().x - tile.x * TILE_SIZE);
+        let Some((first, samples)) = self.tiles.get((tile.y * self.columns + tile.x) as usize)
+        else {
+            return 0;
+        };
+        let place = u64::from(within.y * width + within.x);
+        first + place * samples.len() as u64 + u64::from(sample.saturating_sub(samples.start))
+    }
+}
+
+/// The pairs of a pass, and what takes up what their light paths bring.
+pub(super) struct Pairs<'a> {
+    pub(super) pairing: Pairing,
+    /// `None` where they are traced once more.
+    pub(super) light: Option<PairedLight<'a>>,
+}
+
+impl<'a> Pairs<'a> {
+    /// With what takes it up for a half's `splats`; `None` without a `pairing`.
+    pub(super) fn new(
+        job: &'a RenderJob,
+        pairing: Option<Pairing>,
+        splats: (u8, Option<&'a mut Splats>),
+        progress: &'a Progress,
+    ) -> Option<Pairs<'a>> {
+        let (half, splats) = splats;
+        // A sample of ghosts belongs to each path, too.
+        let splats = splats.filter(|_| job.ghosts.is_none());
+        Some(Pairs {
+            pairing: pairing?,
+            light: splats.map(|splats| PairedLight {
+                job,
+                light_job: job.light_job(),
+                half,
+                splats: Mutex::new(splats),
+                traced: AtomicU64::new(0),
+                progress,
+            }),
+        })
+    }
+
+    /// How many light paths there were that are not traced again.
+    pub(super) fn traced(self) -> u64 {
+        self.light.map_or(0, |light| light.traced.into_inner())
     }
 }
 
@@ -62,22 +129,6 @@ pub(super) struct PairedLight<'a> {
 }
 
 impl<'a> PairedLight<'a> {
-    /// `None` where there are no such paths, or something else belongs to each.
-    pub(super) fn new(
-        job: &'a RenderJob,
-        (half, splats): (u8, &'a mut Splats),
-        progress: &'a Progress,
-    ) -> Option<PairedLight<'a>> {
-        (job.pairs_paths() && job.ghosts.is_none()).then(|| PairedLight {
-            job,
-            light_job: job.light_job(),
-            half,
-            splats: Mutex::new(splats),
-            traced: AtomicU64::new(0),
-            progress,
-        })
-    }
-
     /// What the paths are traced for; there is room for what they bring.
     pub(super) fn begin(&self, workspace: &mut Workspace) -> &LightJob<'a> {
         workspace.splats.get_or_insert_with(|| new_buffer(self.job));
@@ -89,14 +140,14 @@ impl<'a> PairedLight<'a> {
         &self,
         workspace: &mut Workspace,
         (samples, rays): (&[PendingSample], &[Option<CameraRay>]),
-        all: &OfAll,
+        pairing: &Pairing,
     ) {
-        let (Some(pairing), Some(buffer)) = (&all.pairing, &mut workspace.splats) else {
+        let Some(buffer) = &mut workspace.splats else {
             return;
         };
         let with_ray = samples.iter().zip(rays).filter(|(_, ray)| ray.is_some());
         for (sample, _) in with_ray {
-            buffer.took(pairing.of(sample.pixel, sample.index).number);
+            buffer.took(pairing.path(sample.pixel, sample.index));
         }
         if buffer.is_full() {
             self.empty(workspace);
@@ -114,11 +165,6 @@ impl<'a> PairedLight<'a> {
             self.progress.advance(traced);
             keep_now_and_then(self.half, &splats, self.progress);
         }
-    }
-
-    /// How many paths there were.
-    pub(super) fn traced(self) -> u64 {
-        self.traced.into_inner()
     }
 }
 
@@ -157,15 +203,17 @@ mod tests {
         build(frame, 0).0.expect("it can be built").job
     }
 
-    /// The image's camera samples, with `light` beside them.
-    fn tiles(job: &RenderJob, light: Option<&PairedLight>) -> Film {
+    /// The image's camera samples, whose light paths bring light to `splats`, if there are any.
+    fn tiles(job: &RenderJob, splats: Option<&mut Splats>) -> (Film, u64) {
+        let hidden = Progress::hidden();
+        let pairs = Pairs::new(job, Pairing::whole(job, 6), (0, splats), &hidden);
         let film = Mutex::new(Film::new(&job.film));
         each_tile(job, 8, |workspace, tile, bounds| {
-            let (own, of) = ((workspace, light), (0, tile, bounds));
-            let done = work_of_half(job, &job.sampler, of, own, &Progress::hidden());
+            let (own, of) = ((workspace, pairs.as_ref()), (0, tile, bounds));
+            let done = work_of_half(job, &job.sampler, of, own, &hidden);
             locked(&film).merge(done);
         });
-        unlocked(film)
+        (unlocked(film), pairs.map_or(0, Pairs::traced))
     }
 
     /// Bits, whoever traces them: the tiles, the light pass, or both some of them, as where a checkpoint has those of some tiles.
@@ -186,22 +234,39 @@ mod tests {
         };
         let mut expected = job.splats().expect("light paths");
         pass(&mut expected, 0..all);
-        let camera = tiles(&job, None).develop();
+        let camera = tiles(&job, None).0.develop();
         for known in [0..0, 0..all, 100..1000] {
             let mut splats = job.splats().expect("light paths");
             pass(&mut splats, known.clone());
-            let light = PairedLight::new(&job, (0, &mut splats), &hidden).expect("pairs");
-            let film = tiles(&job, Some(&light));
+            let (film, traced) = tiles(&job, Some(&mut splats));
             // A lens lets all rays pass.
-            let traced = light.traced();
             assert!(traced == 20 * 18 * 6 || !known.is_empty(), "{traced}");
             assert_eq!(film.develop().pixels, camera.pixels);
             pass(&mut splats, 0..all);
             assert_eq!(splats, expected, "{known:?}");
         }
-        let mut whole = tiles(&job, None);
+        let (mut whole, _) = tiles(&job, None);
         whole.add_light(&[expected]);
         let exposed = expose(&job, 16, &hidden).develop();
         assert_eq!(exposed.pixels, whole.develop().pixels);
+    }
+
+    /// Those of a pass are all of its first paths, each once; and those of a pixel one after the other.
+    #[test]
+    fn each_sample_has_a_path_of_its_own() {
+        let job = fog();
+        let tiles = job.lit().tiles(TILE_SIZE).count() as u32;
+        let ranges = || (0..tiles).map(|i| i..3 * i + 2);
+        let pairing = Pairing::of_pass(&job, ranges()).expect("pairs");
+        let (mut found, mut before) = (Vec::new(), 0);
+        for (tile, samples) in job.lit().tiles(TILE_SIZE).zip(ranges()) {
+            before += tile.area() as u64 * u64::from(samples.start);
+            for pixel in tile.pixels() {
+                found.extend(samples.clone().map(|sample| pairing.path(pixel, sample)));
+            }
+        }
+        let first = job.light_share.paths(before);
+        let expected: Vec<u64> = (first..first + found.len() as u64).collect();
+        assert_eq!(found, expected);
     }
 }

@@ -240,7 +240,7 @@ impl<'a> Passes<'a> {
             map: &self.map,
             paths: paths as f64,
             number: self.done,
-            spacing: OfAll::new(job, &job.sampler).spacing,
+            spacing: OfAll::new(job, &job.sampler, None).spacing,
         };
         let tiles = self.tiles.par_iter_mut();
         let lacking = tiles.filter(|tile| tile.done == pass.number && goes_on());

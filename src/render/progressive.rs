@@ -19,7 +19,7 @@
 //! Where paths are traced from the lights, each half has its own, as many as camera samples.
 
 use super::halves::{Counts, Halves, follows};
-use super::paired_light::PairedLight;
+use super::paired_light::{Pairing, Pairs};
 use super::work::{Worked, work};
 use super::{
     Ended, Goal, Progress, RenderJob, light_pass, photon_passes, render_in_two, sample_tile,
@@ -221,11 +221,13 @@ impl<'a> Passes<'a> {
     fn preview(&mut self) {
         let paths = self.halves.tiles().len() as u64;
         self.trace_light(0, (0..paths, 0), || true, &Progress::hidden());
+        let hidden = Progress::hidden();
+        let pairs = Pairs::new(self.job, Pairing::whole(self.job, 1), (0, None), &hidden);
         let sample = |workspace: &mut Workspace, bounds: &PixelBounds| {
             let center = (bounds.min + bounds.max) / 2;
             let pixel = PixelBounds::new(center, center + UVec2::ONE);
             let mut tile = self.job.film.tile(pixel);
-            let own = (workspace, None, None);
+            let own = (workspace, None, pairs.as_ref());
             sample_tile(self.job, &self.samplers[0], 0..1, (&mut tile, pixel), own);
             tile.statistics(center).copied().unwrap_or_default()
         };
@@ -284,10 +286,12 @@ impl<'a> Passes<'a> {
                 self.halves.tiles().to_vec(),
                 self.halves.counts()[half].clone(),
             );
-            // A pass traces the first paths that are left, not those of its samples.
-            let splats = self.halves.splats(half).filter(|_| self.goal.is_none());
-            let light =
-                splats.and_then(|splats| PairedLight::new(job, (half as u8, splats), progress));
+            let pairing = match self.goal {
+                Some(_) => Pairing::of_pass(job, have.iter().zip(counts).map(|(&a, &b)| a..b)),
+                None => Pairing::whole(job, self.samplers[half].spp()),
+            };
+            let splats = (half as u8, self.halves.splats(half));
+            let pairs = Pairs::new(job, pairing, splats, progress);
             let jobs = tiles.par_iter().zip(&have).zip(counts);
             let rendered: Vec<Option<(Tile, u32)>> = jobs
                 .enumerate()
@@ -301,7 +305,7 @@ impl<'a> Passes<'a> {
                         return None;
                     }
                     let unit_of_tile = (&unit, *bounds);
-                    let own = (workspace, light.as_ref());
+                    let own = (workspace, pairs.as_ref());
                     match work(job, &self.samplers[half], unit_of_tile, own, progress) {
                         Worked::Finished(tile) => Some((tile, want)),
                         // A part of a pass would be counted by no later one.
@@ -309,7 +313,7 @@ impl<'a> Passes<'a> {
                     }
                 })
                 .collect();
-            traced[half] = light.map_or(0, PairedLight::traced);
+            traced[half] = pairs.map_or(0, Pairs::traced);
             for (number, (tile, &want)) in rendered.into_iter().zip(counts).enumerate() {
                 if let Some((tile, reached)) = tile {
                     self.halves.merge(half, tile);

@@ -7,6 +7,7 @@
 //! Programming" 2, §3.3.4). So every shard sees all of the image, and none gets the expensive corner.
 
 use super::halves::{Counts, follows};
+use super::paired_light::{Pairing, Pairs};
 use super::work::{Worked, work};
 use super::{Goal, Progress, RenderJob, TILE_SIZE, light_pass};
 use crate::checkpoint::{Journal, Shard, Unit};
@@ -232,6 +233,12 @@ pub fn render_shard(
 ) -> bool {
     let samplers = samplers(job, pass.len(), division.is_whole);
     let pieces: Vec<Piece> = division.pieces_by(shard, pass).collect();
+    // Their light paths are traced once more, by all shards alike.
+    let pairs = |(half, samples): (usize, &Vec<Range<u32>>)| {
+        let pairing = Pairing::of_pass(job, samples.iter().cloned());
+        Pairs::new(job, pairing, (half as u8, None), progress)
+    };
+    let pairs: Vec<Option<Pairs>> = pass.iter().enumerate().map(pairs).collect();
     let render = |workspace: &mut Workspace, piece: &Piece| {
         let sampler = &samplers[usize::from(piece.unit.half)];
         if let Some(journal) = progress.journal()
@@ -242,7 +249,8 @@ pub fn render_shard(
             return true;
         }
         let unit = (&piece.unit, piece.bounds);
-        let worked = work(job, sampler, unit, (workspace, None), progress);
+        let pairs = pairs[usize::from(piece.unit.half)].as_ref();
+        let worked = work(job, sampler, unit, (workspace, pairs), progress);
         let is_kept = progress
             .journal()
             .is_none_or(|journal| !journal.has_failed());

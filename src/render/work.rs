@@ -1,7 +1,7 @@
 //! A piece of a render's work: some samples of every pixel of a tile. Between blocks of samples it can be kept in a
 //! checkpoint, and stopped.
 
-use super::paired_light::PairedLight;
+use super::paired_light::Pairs;
 use super::{Progress, RenderJob, sample_tile};
 use crate::checkpoint::Unit;
 use crate::film::{Pairwise, PixelBounds, Tile};
@@ -26,7 +26,7 @@ pub(super) fn work(
     job: &RenderJob,
     sampler: &Sampler,
     (unit, bounds): (&Unit, PixelBounds),
-    (workspace, light): (&mut Workspace, Option<&PairedLight>),
+    (workspace, pairs): (&mut Workspace, Option<&Pairs>),
     progress: &Progress,
 ) -> Worked {
     let (start, end) = (unit.samples.start, unit.samples.end);
@@ -61,7 +61,7 @@ pub(super) fn work(
         let mut tile = blank().after(block.start.into());
         let samples = count_of(block.len() as u32);
         progress.counted(|watch| {
-            let own = (&mut *workspace, watch, light);
+            let own = (&mut *workspace, watch, pairs);
             sample_tile(job, sampler, block, (&mut tile, bounds), own);
         });
         progress.show(unit.half, &tile);

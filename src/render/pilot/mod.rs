@@ -347,7 +347,7 @@ impl RenderJob {
     /// Luminances of two camera paths in each block.
     fn look(&self, pilot: &Pilot) -> Vec<Pair> {
         let Pilot { sampler, blocks } = pilot;
-        let all = OfAll::new(self, sampler);
+        let all = OfAll::new(self, sampler, None);
         let all_blocks = (0..blocks.count()).into_par_iter();
         let pairs = all_blocks.map_init(Workspace::default, |workspace, block| {
             let pixel = blocks.pixel(block);
