@@ -121,7 +121,7 @@ fn light_paths_are_merged_to_the_bits_of_the_whole() {
             4,
         ),
         (BOTH_ENDS, &["--spp", "1"], 7),
-        (FOG, &["--spp", "5", "--crop", "0.2,0.9,0.1,0.8"], 3),
+        (FOG, &["--spp", "5", "--crop", "0.2,0.9,0.1,0.8"], 5),
         (GHOSTS, &["--spp", "30"], 3),
     ] {
         let whole = [more, &["--variance", "--no-checkpoint"]].concat();
