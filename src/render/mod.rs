@@ -270,7 +270,7 @@ fn sample_tile(
             let radiances = radiances.as_slice();
             let samples = (waiting.as_slice(), &*rays);
             if let Some((light, pairing)) = light {
-                light.take(workspace, samples, pairing);
+                light.take(workspace, samples, (pairing, sampler));
             }
             if has_layers {
                 vectorize::<WIDEST, _>(Tell {

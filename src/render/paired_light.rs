@@ -6,8 +6,9 @@ use super::light_pass::{keep_now_and_then, new_buffer};
 use super::{PendingSample, Progress, RenderJob, TILE_SIZE, locked};
 use crate::cameras::CameraRay;
 use crate::film::{PixelBounds, Splats};
-use crate::integrators::{LightJob, Workspace};
+use crate::integrators::{LightJob, Splat, Workspace};
 use crate::math::UVec2;
+use crate::samplers::Sampler;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -135,21 +136,30 @@ impl<'a> PairedLight<'a> {
         &self.light_job
     }
 
-    /// These camera samples have been taken, each that has a ray with its light path.
+    /// These camera samples have been taken, each that has a ray with its light path. The others' are traced by themselves: a lens may lose every other ray,
+    /// and the numbers that are left would be as many ranges.
     pub(super) fn take(
         &self,
         workspace: &mut Workspace,
         (samples, rays): (&[PendingSample], &[Option<CameraRay>]),
-        pairing: &Pairing,
+        (pairing, sampler): (&Pairing, &Sampler),
     ) {
-        let Some(buffer) = &mut workspace.splats else {
+        let Some(mut buffer) = workspace.splats.take() else {
             return;
         };
-        let with_ray = samples.iter().zip(rays).filter(|(_, ray)| ray.is_some());
-        for (sample, _) in with_ray {
-            buffer.took(pairing.path(sample.pixel, sample.index));
+        let path = |sample: &PendingSample| pairing.path(sample.pixel, sample.index);
+        let alone = { samples.iter().zip(rays) }
+            .filter(|(_, ray)| ray.is_none())
+            .map(|(sample, _)| (path(sample), sampler.light_stream(path(sample))));
+        let splat = &mut |splat: Splat| splat.add_to(&mut buffer, &self.job.world);
+        let integrator = &self.job.integrator;
+        if rays.iter().any(Option::is_none) {
+            integrator.light_paths(&self.light_job, alone, workspace, splat);
         }
-        if buffer.is_full() {
+        samples.iter().for_each(|sample| buffer.took(path(sample)));
+        let is_full = buffer.is_full();
+        workspace.splats = Some(buffer);
+        if is_full {
             self.empty(workspace);
         }
     }
@@ -178,13 +188,20 @@ mod tests {
     use crate::scene::{ReadSettings, read_scene};
     use crate::syntax::SourceMap;
 
+    const LENS: &str =
+        r#""perspective" "float fov" 50 "float lensradius" .1 "float focaldistance" 6"#;
+
+    /// It loses rays.
+    const STAR: &str = r#""realistic" "string lensfile" "lenses/dgauss.50mm.dat" "float aperturediameter" 8
+        "float focusdistance" 6 "string aperture" "star""#;
+
     /// A lamp in fog above a floor, through a lens onto a wide filter.
-    fn fog() -> RenderJob {
+    fn fog(camera: &str) -> RenderJob {
         let text = r#"
             MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_s" [ .3 .2 .1 ]
             LookAt 0 1 -6  0 0 0  0 1 0
             MediumInterface "" "fog"
-            Camera "perspective" "float fov" 50 "float lensradius" .1 "float focaldistance" 6
+            Camera CAMERA
             Film "image" "integer xresolution" 20 "integer yresolution" 18
             PixelFilter "gaussian"
             Sampler "halton" "integer pixelsamples" 6
@@ -196,7 +213,7 @@ mod tests {
             Shape "sphere" "float radius" .5
             WorldEnd"#;
         let sources = SourceMap::new();
-        let file = sources.add_text("fog.pbrt", text.to_string());
+        let file = sources.add_text("fog.pbrt", text.replace("CAMERA", camera));
         let (scene, diagnostics) = read_scene(&sources, file, &ReadSettings::default());
         assert!(!diagnostics.has_errors());
         let frame = scene.frames.into_iter().next().expect("one frame");
@@ -219,42 +236,43 @@ mod tests {
     /// Bits, whoever traces them: the tiles, the light pass, or both some of them, as where a checkpoint has those of some tiles.
     #[test]
     fn paired_paths_bring_the_same_as_in_a_pass_of_their_own() {
-        let job = fog();
+        for camera in [LENS, STAR] {
+            check(&fog(camera));
+        }
+    }
+
+    fn check(job: &RenderJob) {
         assert!(job.pairs_paths());
         let (all, hidden) = (job.light_paths(6), Progress::hidden());
         let pass = |splats: &mut Splats, paths| {
-            trace(
-                &job,
-                (0, &job.sampler),
-                splats,
-                (paths, 0),
-                || true,
-                &hidden,
-            );
+            trace(job, (0, &job.sampler), splats, (paths, 0), || true, &hidden);
         };
         let mut expected = job.splats().expect("light paths");
         pass(&mut expected, 0..all);
-        let camera = tiles(&job, None).0.develop();
+        let camera = tiles(job, None).0.develop();
         for known in [0..0, 0..all, 100..1000] {
             let mut splats = job.splats().expect("light paths");
             pass(&mut splats, known.clone());
-            let (film, traced) = tiles(&job, Some(&mut splats));
-            // A lens lets all rays pass.
-            assert!(traced == 20 * 18 * 6 || !known.is_empty(), "{traced}");
+            let (film, traced) = tiles(job, Some(&mut splats));
+            if known.is_empty() {
+                assert_eq!(traced, 20 * 18 * 6);
+                // Without a gap, whatever rays the lens lost.
+                assert_eq!(splats.paths().ranges().len(), 1);
+            }
             assert_eq!(film.develop().pixels, camera.pixels);
             pass(&mut splats, 0..all);
             assert_eq!(splats, expected, "{known:?}");
         }
-        let (mut whole, _) = tiles(&job, None);
+        let (mut whole, _) = tiles(job, None);
         whole.add_light(&[expected]);
-        let exposed = expose(&job, 16, &hidden).develop();
+        let exposed = expose(job, 16, &hidden).develop();
         assert_eq!(exposed.pixels, whole.develop().pixels);
     }
 
     /// Those of a pass are all of its first paths, each once; and those of a pixel one after the other.
     #[test]
     fn each_sample_has_a_path_of_its_own() {
-        let job = fog();
+        let job = fog(LENS);
         let tiles = job.lit().tiles(TILE_SIZE).count() as u32;
         let ranges = || (0..tiles).map(|i| i..3 * i + 2);
         let pairing = Pairing::of_pass(&job, ranges()).expect("pairs");
