@@ -271,8 +271,8 @@ impl SplatBuffer {
         }
     }
 
-    /// This path has been traced; in any order, each once.
-    pub fn took(&mut self, path: u64) {
+    /// This path has been traced. They may come in any order, each once.
+    pub fn add_path(&mut self, path: u64) {
         match self.paths.last_mut() {
             Some(last) if last.end == path => last.end += 1,
             _ => self.paths.push(path..path + 1),

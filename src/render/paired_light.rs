@@ -1,6 +1,7 @@
 //! Light paths that are traced once for two strategies: where every camera path is joined to a light path, that is one of the light pass
 //! ([`light_pass`](super::light_pass)), and is joined to the lens as well while tiles are rendered. The light pass leaves it out then. Which path
-//! it is depends on the camera sample alone, so that it does not matter for the image who traces it.
+//! it is depends on the camera sample and on the samples of its pass, and what it brings on its number alone: the image has the same bits
+//! whether a tile or the light pass traces it.
 
 use super::light_pass::{keep_now_and_then, new_buffer};
 use super::{PendingSample, Progress, RenderJob, TILE_SIZE, locked};
@@ -136,8 +137,8 @@ impl<'a> PairedLight<'a> {
         &self.light_job
     }
 
-    /// These camera samples have been taken, each that has a ray with its light path. The others' are traced by themselves: a lens may lose every other ray,
-    /// and the numbers that are left would be as many ranges.
+    /// Notes the light paths of these camera samples. Those of samples whose ray a lens has blocked are traced here: left to the light pass, each would
+    /// be a gap between the ranges of path numbers, of which there may be millions then.
     pub(super) fn take(
         &self,
         workspace: &mut Workspace,
@@ -156,7 +157,9 @@ impl<'a> PairedLight<'a> {
         if rays.iter().any(Option::is_none) {
             integrator.light_paths(&self.light_job, alone, workspace, splat);
         }
-        samples.iter().for_each(|sample| buffer.took(path(sample)));
+        samples
+            .iter()
+            .for_each(|sample| buffer.add_path(path(sample)));
         let is_full = buffer.is_full();
         workspace.splats = Some(buffer);
         if is_full {
@@ -233,7 +236,7 @@ mod tests {
         (unlocked(film), pairs.map_or(0, Pairs::traced))
     }
 
-    /// Bits, whoever traces them: the tiles, the light pass, or both some of them, as where a checkpoint has those of some tiles.
+    /// The image has the same bits whether tiles trace them, the light pass, or each a part, as after an interruption.
     #[test]
     fn paired_paths_bring_the_same_as_in_a_pass_of_their_own() {
         for camera in [LENS, STAR] {
