@@ -53,6 +53,9 @@ pub struct Facts {
     pub are_dependent: bool,
     /// If paths are traced from the lights, the scale of their [`crate::film::Splats`], and how many there are.
     pub splats: Option<(i32, LightShare)>,
+    /// A shard's light paths are those of its own camera samples.
+    #[serde(default)]
+    pub are_paired: bool,
 }
 
 /// See [`FilmSpec`].

@@ -64,9 +64,10 @@ impl PathSet {
     pub fn missing(&self, wanted: Range<u64>) -> Vec<Range<u64>> {
         let mut found = Vec::new();
         let mut next = wanted.start;
-        for range in &self.ranges {
-            if next < range.start.min(wanted.end) {
-                found.push(next..range.start.min(wanted.end));
+        let ranges = self.ranges[self.place(wanted.start)..].iter();
+        for range in ranges.take_while(|range| range.start < wanted.end) {
+            if next < range.start {
+                found.push(next..range.start);
             }
             next = next.max(range.end);
         }

@@ -38,7 +38,7 @@ pub(super) struct Chosen {
     guided: Option<Sampled>,
 }
 
-/// Points that paths are aimed at, those of all lights, and of each where there are many; lights that would have fewer aim at none.
+/// Points that paths are aimed at: of each light, of all lights, and of each where there are many; lights that would have fewer aim at none.
 const POINTS: usize = 1 << 13;
 const MAX_POINTS: usize = 1 << 16;
 const MIN_POINTS: usize = 1 << 6;
@@ -146,14 +146,17 @@ impl Emitters {
         }
     }
 
-    /// Aims paths at what light may gather from, before it is known where they pay.
-    pub(super) fn aim(&mut self, world: &World) {
+    /// Aims so many paths at what light may gather from, before it is known where they pay.
+    pub(super) fn aim(&mut self, world: &World, paths: usize) {
         let points = world.points_of_caustics(POINTS);
         if points.is_empty() {
             return;
         }
         let lights = world.sampled_lights();
-        let step = (points.len() * lights.len()).div_ceil(MAX_POINTS);
+        // Each costs as much as the beginning of a path.
+        let enough = POINTS.max(MIN_POINTS * lights.len());
+        let most = paths.max(enough).min(MAX_POINTS);
+        let step = (points.len() * lights.len()).div_ceil(most);
         if points.len() < step * MIN_POINTS {
             return;
         }
@@ -380,7 +383,7 @@ mod tests {
             let hits = |material: &str| {
                 let job = job(&text(light, material));
                 let mut emitters = Emitters::new(&job.world);
-                emitters.aim(&job.world);
+                emitters.aim(&job.world, MAX_POINTS);
                 let n = 4096;
                 let hit = (0..n).filter(|&i| {
                     let mut chosen = emitters.choose(&mut job.sampler.light_stream(i)).unwrap();

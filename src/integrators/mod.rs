@@ -356,10 +356,10 @@ impl Integrator {
         self.spec.beginning(job, &self.lights, stream)
     }
 
-    /// Aims light paths at what may gather light, before anything is learned.
-    pub fn aim_emission(&mut self, world: &World) {
+    /// Aims so many light paths at what may gather light, before anything is learned.
+    pub fn aim_emission(&mut self, world: &World, paths: u64) {
         if let Some(emitters) = &mut self.lights.emitters {
-            emitters.aim(world);
+            emitters.aim(world, paths as usize);
         }
     }
 

@@ -135,19 +135,20 @@ pub(super) fn restored(job: &RenderJob, half: u8, progress: &Progress) -> Option
     }
 }
 
-/// Traces those of a half's `paths` whose splats are not there yet, some of which [`PairedLight`](super::paired_light::PairedLight) has counted. Returns `false` if it was
-/// stopped, or was no longer `in_time`: then some of them are not.
+/// Traces those of a half's `paths`, no two ranges of which overlap, whose splats are not there yet, some of which
+/// [`PairedLight`](super::paired_light::PairedLight) has counted. Returns `false` if it was stopped, or was no longer `in_time`: then some of them are not.
 pub(super) fn trace(
     job: &RenderJob,
     (half, sampler): (u8, &Sampler),
     splats: &mut Splats,
-    (paths, counted): (Range<u64>, u64),
+    (paths, counted): (&[Range<u64>], u64),
     in_time: impl Fn() -> bool + Sync,
     progress: &Progress,
 ) -> bool {
-    let missing = splats.paths().missing(paths.clone());
-    let count: u64 = missing.iter().map(|range| range.end - range.start).sum();
-    progress.advance(paths.end.saturating_sub(paths.start) - count - counted);
+    let missing = { paths.iter() }.flat_map(|range| splats.paths().missing(range.clone()));
+    let missing: Vec<Range<u64>> = missing.collect();
+    let count = count_of(&missing);
+    progress.advance(count_of(paths) - count - counted);
     // Memory for all at once: none that depends on the number of paths but this.
     let mut chunks = Vec::with_capacity((count / CHUNK) as usize + 2 * missing.len());
     chunks.extend(missing.into_iter().flat_map(|range| cut(range, CHUNK)));
@@ -174,6 +175,11 @@ pub(super) fn trace(
         live.light(half, &lock(&worker.splats));
     }
     is_whole
+}
+
+/// How many paths are in ranges.
+pub fn count_of(ranges: &[Range<u64>]) -> u64 {
+    ranges.iter().map(|range| range.end - range.start).sum()
 }
 
 /// What a thread works with.
@@ -241,7 +247,7 @@ impl Worker<'_> {
     fn empty(&self, buffer: &mut SplatBuffer) {
         let mut splats = lock(&self.splats);
         splats.add(buffer);
-        keep_now_and_then(self.half, &splats, self.progress);
+        pass_on_now_and_then(self.half, &splats, self.progress);
     }
 
     fn is_time_to_keep(&self) -> bool {
@@ -249,12 +255,15 @@ impl Worker<'_> {
     }
 }
 
-/// Keeps the sums in the checkpoint, if it is due: they are of whole paths.
-pub(super) fn keep_now_and_then(half: u8, splats: &Splats, progress: &Progress) {
+/// Keeps the sums in the checkpoint and shows them, if it is due: they are of whole paths.
+pub(super) fn pass_on_now_and_then(half: u8, splats: &Splats, progress: &Progress) {
     if let Some(journal) = progress.journal()
         && is_time_to_keep(splats.bounds().area(), progress)
     {
         journal.keep_splats(half, splats);
+    }
+    if let Some(live) = progress.live() {
+        live.light_now_and_then(half, splats);
     }
 }
 
@@ -289,12 +298,22 @@ fn trace_run(
         let integrator = &job.integrator;
         integrator.light_paths(&light_job, paths, workspace, splat);
     }
+    splat_ghosts(job, &light_job, (ghosts, sampler), splat);
+    buffer.reach(end);
+}
+
+/// Traces the samples of ghosts that belong to these paths, if the lens makes any.
+pub(super) fn splat_ghosts(
+    job: &RenderJob,
+    light_job: &LightJob,
+    (paths, sampler): (impl Iterator<Item = u64>, &Sampler),
+    splat: &mut impl FnMut(Splat),
+) {
     if let Some(light) = &job.ghosts {
-        for path in ghosts {
-            light.splat(&light_job, path, &mut sampler.ghost_stream(path), splat);
+        for path in paths {
+            light.splat(light_job, path, &mut sampler.ghost_stream(path), splat);
         }
     }
-    buffer.reach(end);
 }
 
 /// The parts of `range` between multiples of `length`.

@@ -27,6 +27,8 @@ struct Picture {
     halves: [Vec<Shown>; 2],
     /// What light paths have brought to each half's pixels, if any were traced.
     light: [Vec<Rgb>; 2],
+    /// How many they were.
+    light_paths: [u64; 2],
     /// Of all samples, if the image has layers.
     layers: Option<GrowingLayers>,
     /// Squares of [`SIDE`] pixels, row by row, that have changed since they were last asked for.
@@ -69,6 +71,7 @@ impl Live {
             picture: Mutex::new(Picture {
                 halves: [Vec::new(), Vec::new()],
                 light: [Vec::new(), Vec::new()],
+                light_paths: [0; 2],
                 layers: GrowingLayers::new(spec),
                 changed: vec![false; bounds.tiles(SIDE).count()],
             }),
@@ -114,6 +117,15 @@ impl Live {
         picture.changed.fill(true);
     }
 
+    /// All light of light paths so far of one half, when they are one for each pixel, and whenever they are twice as many as when they were last shown: it takes
+    /// longer than a tile.
+    pub(crate) fn light_now_and_then(&self, half: u8, splats: &Splats) {
+        let last = self.lock().light_paths[usize::from(half & 1)];
+        if splats.paths().count() >= (2 * last).max(self.bounds.area() as u64) {
+            self.light(half, splats);
+        }
+    }
+
     /// All light of light paths so far of one half.
     pub(crate) fn light(&self, half: u8, splats: &Splats) {
         let light = self
@@ -123,6 +135,7 @@ impl Live {
             .collect();
         let mut picture = self.lock();
         picture.light[usize::from(half & 1)] = light;
+        picture.light_paths[usize::from(half & 1)] = splats.paths().count();
         picture.changed.fill(true);
     }
 
@@ -216,6 +229,8 @@ impl Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::SplatBuffer;
+    use crate::handles::LightLayer;
 
     fn spec() -> FilmSpec {
         FilmSpec {
@@ -248,5 +263,28 @@ mod tests {
         assert_eq!(spp, 200.0 / (150.0 * 70.0));
         live.touch_all();
         assert_eq!(live.changes().len(), 6);
+    }
+
+    /// Of 100, 200, … paths for 100 pixels those of 100, 200, 400 and 800 are shown.
+    #[test]
+    fn light_is_shown_when_there_is_twice_as_much() {
+        let size = UVec2::new(10, 10);
+        let spec = FilmSpec {
+            resolution: size,
+            ..FilmSpec::default()
+        };
+        let (live, pixels) = (Live::new(&spec), spec.pixel_bounds());
+        let mut splats = Splats::new(pixels, 0, 0);
+        let mut buffer = SplatBuffer::new(pixels, f32::INFINITY, false);
+        buffer.begin(0);
+        let (mut shown, light) = (Vec::new(), Rgb::ONE);
+        for paths in (50..=1000).step_by(50) {
+            buffer.push(paths, UVec2::ZERO, light, (LightLayer::default(), light));
+            buffer.reach(paths);
+            splats.add(&mut buffer);
+            live.light_now_and_then(1, &splats);
+            shown.extend((!live.changes().is_empty()).then_some(paths));
+        }
+        assert_eq!(shown, [100, 200, 400, 800]);
     }
 }

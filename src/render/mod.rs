@@ -24,6 +24,7 @@ mod work;
 
 pub use goal::{Ended, Goal};
 pub use halves::Halves;
+pub use light_pass::count_of;
 pub use live::Live;
 pub use mattes::Mattes;
 pub use progress::{Progress, Statistics, Step};
@@ -131,7 +132,8 @@ pub fn expose(job: &RenderJob, tile_size: u32, progress: &Progress) -> Film {
     let traced = pairs.map_or(0, Pairs::traced);
     let mut film = unlocked(film);
     if let Some(mut splats) = splats {
-        let paths = (0..job.light_paths(job.sampler.spp()), traced);
+        let all = 0..job.light_paths(job.sampler.spp());
+        let paths = (std::slice::from_ref(&all), traced);
         let sampler = (0, &job.sampler);
         light_pass::trace(job, sampler, &mut splats, paths, || true, progress);
         film.add_light(&[splats]);

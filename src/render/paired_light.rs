@@ -3,10 +3,10 @@
 //! it is depends on the camera sample and on the samples of its pass, and what it brings on its number alone: the image has the same bits
 //! whether a tile or the light pass traces it.
 
-use super::light_pass::{keep_now_and_then, new_buffer};
+use super::light_pass::{new_buffer, pass_on_now_and_then, splat_ghosts};
 use super::{PendingSample, Progress, RenderJob, TILE_SIZE, locked};
 use crate::cameras::CameraRay;
-use crate::film::{PixelBounds, Splats};
+use crate::film::{LightShare, PixelBounds, Splats};
 use crate::integrators::{LightJob, Splat, Workspace};
 use crate::math::UVec2;
 use crate::samplers::Sampler;
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 impl RenderJob {
     /// Returns `true` if each camera path is joined to a path of the light pass.
-    fn pairs_paths(&self) -> bool {
+    pub fn pairs_paths(&self) -> bool {
         self.traces_light()
             && self.light_share.0 >= 1.0
             && self.integrator.joined() >= 1.0
@@ -35,6 +35,8 @@ pub(super) struct Pairing {
     columns: u32,
     /// By tile of [`TILE_SIZE`]: its first path, and the samples of each pixel.
     tiles: Vec<(u64, Range<u32>)>,
+    /// Below which they are.
+    end: u64,
 }
 
 impl Pairing {
@@ -48,24 +50,52 @@ impl Pairing {
         job: &RenderJob,
         samples: impl Iterator<Item = Range<u32>>,
     ) -> Option<Pairing> {
-        if !job.pairs_paths() {
-            return None;
-        }
-        let pixels = job.lit();
+        { job.pairs_paths() }.then(|| Pairing::new(job.lit(), job.light_share, samples))
+    }
+
+    /// Of a pass with these samples of each tile of `pixels`, where there is at least one light path for each sample.
+    pub(super) fn new(
+        pixels: PixelBounds,
+        share: LightShare,
+        samples: impl Iterator<Item = Range<u32>>,
+    ) -> Pairing {
         let areas = pixels.tiles(TILE_SIZE).map(|tile| tile.area() as u64);
         let tiles: Vec<_> = areas.zip(samples).collect();
         let before = { tiles.iter() }.map(|(area, samples)| area * u64::from(samples.start));
-        let mut next = job.light_share.paths(before.sum());
+        let mut next = share.paths(before.sum());
         let with_first = |(area, samples): (u64, Range<u32>)| {
             let first = next;
             next += area * samples.len() as u64;
             (first, samples)
         };
-        Some(Pairing {
+        let tiles = tiles.into_iter().map(with_first).collect();
+        Pairing {
             pixels,
             columns: pixels.size().x.div_ceil(TILE_SIZE),
-            tiles: tiles.into_iter().map(with_first).collect(),
-        })
+            tiles,
+            end: next,
+        }
+    }
+
+    /// The number after the last path's.
+    pub(super) fn end(&self) -> u64 {
+        self.end
+    }
+
+    /// Adds the paths for these samples of some pixels to `ranges`.
+    pub(super) fn add_paths_of(
+        &self,
+        (pixels, samples): (PixelBounds, &Range<u32>),
+        ranges: &mut Vec<Range<u64>>,
+    ) {
+        for pixel in pixels.pixels() {
+            let first = self.path(pixel, samples.start);
+            let end = first + samples.len() as u64;
+            match ranges.last_mut() {
+                Some(last) if last.end == first => last.end = end,
+                _ => ranges.push(first..end),
+            }
+        }
     }
 
     /// The number of the path for this sample. Those of a pixel are one after the other, and so well distributed.
@@ -98,8 +128,6 @@ impl<'a> Pairs<'a> {
         progress: &'a Progress,
     ) -> Option<Pairs<'a>> {
         let (half, splats) = splats;
-        // A sample of ghosts belongs to each path, too.
-        let splats = splats.filter(|_| job.ghosts.is_none());
         Some(Pairs {
             pairing: pairing?,
             light: splats.map(|splats| PairedLight {
@@ -137,7 +165,7 @@ impl<'a> PairedLight<'a> {
         &self.light_job
     }
 
-    /// Notes the light paths of these camera samples. Those of samples whose ray a lens has blocked are traced here: left to the light pass, each would
+    /// Notes the light paths of these camera samples, and traces the samples of ghosts that belong to them. Those of samples whose ray a lens has blocked are traced here: left to the light pass, each would
     /// be a gap between the ranges of path numbers, of which there may be millions then.
     pub(super) fn take(
         &self,
@@ -157,9 +185,9 @@ impl<'a> PairedLight<'a> {
         if rays.iter().any(Option::is_none) {
             integrator.light_paths(&self.light_job, alone, workspace, splat);
         }
-        samples
-            .iter()
-            .for_each(|sample| buffer.add_path(path(sample)));
+        let paths = samples.iter().map(path);
+        splat_ghosts(self.job, &self.light_job, (paths.clone(), sampler), splat);
+        paths.for_each(|path| buffer.add_path(path));
         let is_full = buffer.is_full();
         workspace.splats = Some(buffer);
         if is_full {
@@ -176,7 +204,7 @@ impl<'a> PairedLight<'a> {
             let traced = splats.paths().count() - before;
             self.traced.fetch_add(traced, Ordering::Relaxed);
             self.progress.advance(traced);
-            keep_now_and_then(self.half, &splats, self.progress);
+            pass_on_now_and_then(self.half, &splats, self.progress);
         }
     }
 }
@@ -197,6 +225,9 @@ mod tests {
     /// It loses rays.
     const STAR: &str = r#""realistic" "string lensfile" "lenses/dgauss.50mm.dat" "float aperturediameter" 8
         "float focusdistance" 6 "string aperture" "star""#;
+
+    const GHOSTS: &str = r#""realistic" "string lensfile" "lenses/dgauss.50mm.dat" "float aperturediameter" 8
+        "float focusdistance" 6 "bool ghosts" "true""#;
 
     /// A lamp in fog above a floor, through a lens onto a wide filter.
     fn fog(camera: &str) -> RenderJob {
@@ -239,16 +270,19 @@ mod tests {
     /// The image has the same bits whether tiles trace them, the light pass, or each a part, as after an interruption.
     #[test]
     fn paired_paths_bring_the_same_as_in_a_pass_of_their_own() {
-        for camera in [LENS, STAR] {
-            check(&fog(camera));
+        for camera in [LENS, STAR, GHOSTS] {
+            let job = fog(camera);
+            assert_eq!(job.ghosts.is_some(), camera == GHOSTS);
+            check(&job);
         }
     }
 
     fn check(job: &RenderJob) {
         assert!(job.pairs_paths());
         let (all, hidden) = (job.light_paths(6), Progress::hidden());
-        let pass = |splats: &mut Splats, paths| {
-            trace(job, (0, &job.sampler), splats, (paths, 0), || true, &hidden);
+        let pass = |splats: &mut Splats, paths: Range<u64>| {
+            let paths = (std::slice::from_ref(&paths), 0);
+            trace(job, (0, &job.sampler), splats, paths, || true, &hidden);
         };
         let mut expected = job.splats().expect("light paths");
         pass(&mut expected, 0..all);

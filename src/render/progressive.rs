@@ -240,10 +240,11 @@ impl<'a> Passes<'a> {
     fn trace_light(
         &mut self,
         half: usize,
-        paths: (Range<u64>, u64),
+        (paths, counted): (Range<u64>, u64),
         in_time: impl Fn() -> bool + Sync,
         progress: &Progress,
     ) -> bool {
+        let paths = (std::slice::from_ref(&paths), counted);
         let sampler = (half as u8, &self.samplers[half]);
         let splats = self.halves.splats(half);
         splats.is_none_or(|splats| {

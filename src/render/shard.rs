@@ -151,20 +151,36 @@ impl Division {
         (x + row * y + layer * (2 * block + half)) % u64::from(self.of)
     }
 
-    /// The light paths of a pass in one half that a shard traces, where paths are traced from the lights: an equal part of
-    /// those that belong to its camera samples. They cost the same on average, wherever they are.
-    pub fn light(&self, shard: Shard, half: usize, pass: &Pass, share: LightShare) -> Range<u64> {
+    /// The light paths of a pass in one half that a shard traces: those that its own camera samples are joined to, where they are, and an equal
+    /// part of the others. They cost the same on average, wherever they are.
+    pub fn light(
+        &self,
+        shard: Shard,
+        (half, pass): (usize, &Pass),
+        (share, are_paired): (LightShare, bool),
+    ) -> Vec<Range<u64>> {
         let until = |end: fn(&Range<u32>) -> u32| -> u64 {
             let tiles = self.bounds.tiles(TILE_SIZE).zip(&pass[half]);
             let samples = tiles.map(|(tile, samples)| tile.area() as u64 * u64::from(end(samples)));
             share.paths(samples.sum())
         };
-        let (start, end) = (until(|samples| samples.start), until(|samples| samples.end));
+        let (mut start, end) = (until(|samples| samples.start), until(|samples| samples.end));
+        let mut paths = Vec::new();
+        if are_paired {
+            let pairing = Pairing::new(self.bounds, share, pass[half].iter().cloned());
+            let of_half = |piece: &Piece| usize::from(piece.unit.half) == half;
+            for piece in self.pieces_by(shard, pass).filter(of_half) {
+                pairing.add_paths_of((piece.bounds, &piece.unit.samples), &mut paths);
+            }
+            start = pairing.end();
+        }
         let part = |number: u32| {
             let before = u128::from(end - start) * u128::from(number) / u128::from(self.of);
             start + before as u64
         };
-        part(shard.number - 1)..part(shard.number)
+        let others = part(shard.number - 1)..part(shard.number);
+        paths.extend((!others.is_empty()).then_some(others));
+        paths
     }
 
     /// The pieces of a cell in one half of a pass, in the order of their samples.
@@ -233,10 +249,10 @@ pub fn render_shard(
 ) -> bool {
     let samplers = samplers(job, pass.len(), division.is_whole);
     let pieces: Vec<Piece> = division.pieces_by(shard, pass).collect();
-    // Their light paths are traced once more, by all shards alike.
+    let mut splats = light.splats.iter_mut();
     let pairs = |(half, samples): (usize, &Vec<Range<u32>>)| {
         let pairing = Pairing::of_pass(job, samples.iter().cloned());
-        Pairs::new(job, pairing, (half as u8, None), progress)
+        Pairs::new(job, pairing, (half as u8, splats.next()), progress)
     };
     let pairs: Vec<Option<Pairs>> = pass.iter().enumerate().map(pairs).collect();
     let render = |workspace: &mut Workspace, piece: &Piece| {
@@ -259,15 +275,20 @@ pub fn render_shard(
     // All of them: `all` would leave others under way without waiting for their records.
     let rendered = pieces.par_iter().map_init(|| job.workspace(), render);
     let is_whole = rendered.reduce(|| true, |a, b| a && b);
-    let halves = light.splats.iter_mut().zip(&samplers).zip(0..);
-    halves.fold(is_whole, |is_whole, ((splats, sampler), half)| {
-        let paths = (
-            division.light(shard, half.into(), pass, job.splat_share()),
-            0,
-        );
-        let sampler = (half, sampler);
-        light_pass::trace(job, sampler, splats, paths, || true, progress) && is_whole
-    })
+    let traced = pairs
+        .into_iter()
+        .map(|pairs| pairs.map_or(0, Pairs::traced));
+    let traced: Vec<u64> = traced.collect();
+    let how = (job.splat_share(), job.pairs_paths());
+    let halves = light.splats.iter_mut().zip(&samplers).zip(traced);
+    (0..)
+        .zip(halves)
+        .fold(is_whole, |is_whole, (half, of_half)| {
+            let ((splats, sampler), traced) = of_half;
+            let paths = division.light(shard, (half.into(), pass), how);
+            let (sampler, paths) = ((half, sampler), (&paths[..], traced));
+            light_pass::trace(job, sampler, splats, paths, || true, progress) && is_whole
+        })
 }
 
 fn samplers(job: &RenderJob, halves: usize, is_whole: bool) -> Vec<Sampler> {
@@ -332,6 +353,7 @@ fn shortest(n: i64, g: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::PathSet;
     use std::collections::HashSet;
 
     fn bounds(width: u32, height: u32) -> PixelBounds {
@@ -366,6 +388,44 @@ mod tests {
                 }
             }
             assert_eq!(found.len(), bounds.area() * samples as usize);
+        }
+    }
+
+    /// Every light path is traced by one shard: where they are paired by the one that has its camera sample.
+    #[test]
+    fn light_paths_are_a_partition() {
+        for (width, height, samples, of) in
+            [(50, 37, 7..39, 5), (5, 4, 0..70, 6), (64, 16, 3..4, 1)]
+        {
+            let division = Division::new(bounds(width, height), None, of);
+            let tiles = division.bounds.tiles(TILE_SIZE).count();
+            // Of each other tile one sample more.
+            let of_tile = |tile: usize| samples.start..samples.end + tile as u32 % 2;
+            let pass = vec![(0..tiles).map(of_tile).collect::<Vec<_>>(); 2];
+            for (share, are_paired) in [(0.3, false), (1.0, false), (1.0, true), (2.0, true)] {
+                let share = LightShare(share);
+                let pairing = Pairing::new(division.bounds, share, pass[1].iter().cloned());
+                let mut traced = PathSet::default();
+                for shard in shards(of) {
+                    let paths = division.light(shard, (1, &pass), (share, are_paired));
+                    assert!(traced.insert_all(&paths), "{share:?} {are_paired}");
+                    let own = division.pieces_by(shard, &pass);
+                    for Piece { unit, bounds } in own.filter(|piece| piece.unit.half == 1) {
+                        for pixel in bounds.pixels().filter(|_| are_paired) {
+                            let path = pairing.path(pixel, unit.samples.start);
+                            assert!(paths.iter().any(|range| range.contains(&path)));
+                        }
+                    }
+                }
+                let all = |end: fn(&Range<u32>) -> u32| -> u64 {
+                    let tiles = division.bounds.tiles(TILE_SIZE).zip(&pass[1]);
+                    let counts =
+                        tiles.map(|(tile, range)| tile.area() as u64 * u64::from(end(range)));
+                    share.paths(counts.sum())
+                };
+                let expected = all(|range| range.start)..all(|range| range.end);
+                assert_eq!(traced.ranges(), std::slice::from_ref(&expected));
+            }
         }
     }
 

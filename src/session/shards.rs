@@ -220,10 +220,10 @@ impl Prepared {
                 .sum()
         };
         let paths = |pass: &Pass| -> u64 {
-            let ranges =
-                (0..pass.len()).map(|half| division.light(shard, half, pass, job.splat_share()));
-            let counts = ranges.map(|range| range.end - range.start);
-            counts.filter(|_| job.has_splats()).sum()
+            let how = (job.splat_share(), job.pairs_paths());
+            let halves = (0..pass.len()).filter(|_| job.has_splats());
+            let of_half = |half| render::count_of(&division.light(shard, (half, pass), how));
+            halves.map(of_half).sum()
         };
         let all = passes.iter().map(|pass| samples(pass) + paths(pass)).sum();
         let stop = self.options.stop.as_deref();
@@ -272,6 +272,7 @@ impl Prepared {
             halved: goal.is_none() && self.is_halved(),
             are_dependent: job.sampler.is_dependent(),
             splats: { job.splat_scale() }.map(|scale| (scale, job.splat_share())),
+            are_paired: job.pairs_paths(),
         };
         Journal::open(&Keep {
             path: &file.path,

@@ -26,7 +26,7 @@ struct ActivePath {
     has_ended: bool,
 }
 
-/// What is start of a path before it begins.
+/// What is known of a path before it begins.
 #[derive(Clone, Copy)]
 pub(super) struct PathStart {
     /// Its number.

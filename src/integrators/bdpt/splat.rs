@@ -18,7 +18,7 @@ use crate::samplers::SampleStream;
 use crate::world::World;
 use arrayvec::ArrayVec;
 
-/// A connection before it is start where on the film it lands.
+/// A connection before it is known where on the film it lands.
 struct Pending {
     /// The number of its path.
     path: u64,

@@ -47,7 +47,7 @@ impl RenderJob {
             blocks: Blocks::new(self.lit(), side),
         };
         let before = self.integrator.assist(&self.world);
-        self.integrator.aim_emission(&self.world);
+        self.integrator.aim_emission(&self.world, count);
         self.light_share = SHARE_OF_PILOT;
         let helped = self.look(&pilot);
         let count = count.next_multiple_of(CHUNK);

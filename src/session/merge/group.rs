@@ -156,7 +156,7 @@ impl Group {
     pub(super) fn add_splats(
         &self,
         half: u8,
-        wanted: impl Fn(Shard) -> Vec<Range<u64>>,
+        wanted: impl Fn(Shard) -> Vec<Vec<Range<u64>>>,
         splats: &mut Splats,
     ) -> Result<(), MergeError> {
         for (number, one) in &self.shards {
@@ -171,7 +171,7 @@ impl Group {
                 ..self.facts.shard
             };
             let passes = one.contents.passes_done.unwrap_or_default() as usize;
-            let mut finished = wanted(shard).into_iter().take(passes);
+            let mut finished = wanted(shard).into_iter().take(passes).flatten();
             let paths = splats.paths();
             if !finished.all(|range| paths.missing(range).is_empty()) {
                 return Err(damaged());

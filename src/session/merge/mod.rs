@@ -194,7 +194,8 @@ fn of_samples(
     let mut has_paths = true;
     if let Some((scale, share)) = group.facts.splats {
         let mut splats = Splats::new(sampled, scale, spec.layers.lights());
-        let of_shard = |shard| vec![division.light(shard, 0, &pass, share)];
+        let how = (share, group.facts.are_paired);
+        let of_shard = |shard| vec![division.light(shard, (0, &pass), how)];
         group.add_splats(0, of_shard, &mut splats)?;
         has_paths = splats.paths().count() >= share.paths(all);
         film.add_light(&[splats]);
@@ -258,12 +259,10 @@ fn halves_of(
             }
         }
     }
+    let how = (share.unwrap_or(LightShare(1.0)), group.facts.are_paired);
     for half in [0, 1] {
-        let of_shard = |shard| {
-            { passes.iter() }
-                .map(|pass| division.light(shard, half, pass, share.unwrap_or(LightShare(1.0))))
-                .collect()
-        };
+        let of_pass = |shard, pass| division.light(shard, (half, pass), how);
+        let of_shard = |shard| passes.iter().map(|pass| of_pass(shard, pass)).collect();
         if let Some(splats) = halves.splats(half) {
             group.add_splats(half as u8, of_shard, splats)?;
         }
