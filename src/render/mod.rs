@@ -385,9 +385,19 @@ impl Kernel for Finish<'_> {
     }
 }
 
+/// The same for one of an image that is not rendered in passes, nor in halves.
+pub fn locate_in_one_set(job: &RenderJob, dropped: DroppedSample) -> Option<Place> {
+    let pairing = Pairing::whole(job, job.sampler.spp());
+    locate(job, (&job.sampler, pairing.as_ref()), dropped)
+}
+
 /// Repeats a dropped sample of `sampler` and returns where on its path it failed; `None` if there was no path. Samples
 /// are pure functions of their dimensions, so nothing needs to be recorded for this.
-pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Option<Place> {
+fn locate(
+    job: &RenderJob,
+    (sampler, pairing): (&Sampler, Option<&Pairing>),
+    dropped: DroppedSample,
+) -> Option<Place> {
     let (sample, mut waiting) =
         PendingSample::new(job, sampler, dropped.pixel, dropped.sample as u32);
     let mut rays = [None];
@@ -395,9 +405,7 @@ pub fn locate(job: &RenderJob, sampler: &Sampler, dropped: DroppedSample) -> Opt
     job.camera.rays(&[sample], want_differentials, &mut rays);
     let camera_ray: &CameraRay = rays[0].as_ref()?;
     let mut watch = Watch::searching();
-    // As in one pass: with an error goal the light path that it was joined to may have been another.
-    let pairing = Pairing::whole(job, sampler.spp());
-    let all = OfAll::new(job, sampler, pairing.as_ref());
+    let all = OfAll::new(job, sampler, pairing);
     job.integrator.radiance(
         &job.world,
         &waiting.camera_end(job, &sample, camera_ray, &all),

@@ -10,7 +10,7 @@
 
 use super::halves::floor;
 use super::progressive::Progressive;
-use super::{Ended, Goal, OfAll, PendingSample, Progress, RenderJob};
+use super::{Ended, Goal, OfAll, PendingSample, Progress, RenderJob, locate};
 use crate::cameras::{BUNDLE, CameraRay, CameraSample};
 use crate::film::{Film, Kept, PixelBounds, PixelStatistics, Tile};
 use crate::integrators::{Disc, Gather, Photon, PhotonMap, PhotonMapper};
@@ -66,9 +66,8 @@ pub(super) fn render_until(
     Progressive {
         error: error(&film),
         bound: None,
-        first_dropped: film
-            .first_dropped()
-            .map(|first| (first, job.sampler.clone())),
+        first_dropped: { film.first_dropped() }
+            .map(|first| (first, locate(job, (&job.sampler, None), first))),
         spp: passes.samples() as f64 / sampled.area().max(1) as f64,
         passes: passes.done,
         film: film.developed(Kept::Variance),

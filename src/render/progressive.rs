@@ -22,11 +22,12 @@ use super::halves::{Counts, Halves, follows};
 use super::paired_light::{Pairing, Pairs};
 use super::work::{Worked, work};
 use super::{
-    Ended, Goal, Progress, RenderJob, light_pass, photon_passes, render_in_two, sample_tile,
+    Ended, Goal, Progress, RenderJob, light_pass, locate, photon_passes, render_in_two, sample_tile,
 };
 use crate::checkpoint::{Journal, Unit};
 use crate::film::{Developed, DroppedSample, Film, PixelBounds, PixelStatistics, Splats, Tile};
 use crate::integrators::Workspace;
+use crate::integrators::witness::Place;
 use crate::math::UVec2;
 use crate::samplers::Sampler;
 use rayon::prelude::*;
@@ -53,8 +54,8 @@ pub struct Progressive {
     pub passes: u32,
     /// Why rendering stopped.
     pub ended: Ended,
-    /// The first sample that was dropped, and its sampler.
-    pub first_dropped: Option<(DroppedSample, Sampler)>,
+    /// The first sample that was dropped, and where on its path, if it was found again.
+    pub first_dropped: Option<(DroppedSample, Option<Place>)>,
 }
 
 /// Renders the sampler's number of samples as two halves on the current rayon pool, whose difference tells the variance
@@ -76,6 +77,7 @@ pub fn render_halves(job: &RenderJob, tile_size: u32, progress: &Progress) -> Pr
             },
             first_dropped: { first }
                 .filter_map(|(dropped, sampler)| Some((dropped?, sampler)))
+                .map(|(dropped, sampler)| (dropped, locate(job, (&sampler, None), dropped)))
                 .next(),
             film,
         };
@@ -194,6 +196,8 @@ struct Passes<'a> {
     samplers: [Sampler; 2],
     /// None if all samples are taken in one pass.
     goal: Option<Goal>,
+    /// The sample counts before and after each pass so far.
+    passes: Vec<[Counts; 2]>,
     /// The first sample of each tile's central pixel, which may have to fill the tile.
     preview: Vec<PixelStatistics>,
 }
@@ -213,6 +217,7 @@ impl<'a> Passes<'a> {
             ),
             samplers: [0, 1].map(|half| job.sampler.half(half)),
             goal: None,
+            passes: Vec::new(),
             preview: Vec::new(),
         }
     }
@@ -279,21 +284,16 @@ impl<'a> Passes<'a> {
         let in_time = || deadline.is_none_or(|end| Instant::now() < end);
         let kept = |unit: &Unit| progress.journal().is_some_and(|journal| journal.has(unit));
         let before = [0, 1].map(|half| self.paths(half, self.halves.counts()));
+        let pass = [self.halves.counts().clone(), counts.clone()];
         let job = self.job;
         let workspace = || job.workspace();
         let (mut complete, mut traced) = (true, [0; 2]);
         for (half, counts) in counts.iter().enumerate() {
-            let (tiles, have) = (
-                self.halves.tiles().to_vec(),
-                self.halves.counts()[half].clone(),
-            );
-            let pairing = match self.goal {
-                Some(_) => Pairing::of_pass(job, have.iter().zip(counts).map(|(&a, &b)| a..b)),
-                None => Pairing::whole(job, self.samplers[half].spp()),
-            };
+            let (tiles, have) = (self.halves.tiles().to_vec(), &pass[0][half]);
+            let pairing = self.pairing(half, &pass);
             let splats = (half as u8, self.halves.splats(half));
             let pairs = Pairs::new(job, pairing, splats, progress);
-            let jobs = tiles.par_iter().zip(&have).zip(counts);
+            let jobs = tiles.par_iter().zip(have).zip(counts);
             let rendered: Vec<Option<(Tile, u32)>> = jobs
                 .enumerate()
                 .map_init(workspace, |workspace, (tile, ((bounds, &have), &want))| {
@@ -327,7 +327,30 @@ impl<'a> Passes<'a> {
             let paths = (done..self.paths(half, counts), traced[half]);
             complete &= self.trace_light(half, paths, in_time, progress);
         }
+        self.passes.push(pass);
         complete
+    }
+
+    /// Which light paths the samples of a half are joined to in a pass with these counts before and after it.
+    fn pairing(&self, half: usize, [before, after]: &[Counts; 2]) -> Option<Pairing> {
+        let samples = before[half].iter().zip(&after[half]).map(|(&a, &b)| a..b);
+        match self.goal {
+            Some(_) => Pairing::of_pass(self.job, samples),
+            None => Pairing::whole(self.job, self.samplers[half].spp()),
+        }
+    }
+
+    /// Where on its path a sample of a half was dropped, if it is found again: joined to the light path that it had in its pass.
+    fn locate(&self, half: usize, dropped: DroppedSample) -> Option<Place> {
+        let mut tiles = self.halves.tiles().iter();
+        let tile = tiles.position(|tile| tile.contains(dropped.pixel))?;
+        let has_it = |[before, after]: &&[Counts; 2]| {
+            let samples = u64::from(before[half][tile])..u64::from(after[half][tile]);
+            samples.contains(&dropped.sample)
+        };
+        let pass = self.passes.iter().find(has_it)?;
+        let pairing = self.pairing(half, pass);
+        locate(self.job, (&self.samplers[half], pairing.as_ref()), dropped)
     }
 
     /// Fills tiles that have no samples of their own.
@@ -354,7 +377,7 @@ impl<'a> Passes<'a> {
             None => film.samples() as f64 / halves.pixels().max(1.0),
         };
         Progressive {
-            first_dropped: first_dropped.map(|(first, half)| (first, self.samplers[half].clone())),
+            first_dropped: first_dropped.map(|(first, half)| (first, self.locate(half, first))),
             film,
             error,
             bound,

@@ -167,7 +167,7 @@ pub(super) fn take(
     let (finished, first_dropped) = match goal {
         None if options.variance && job.sampler.is_halved() && !gathers => {
             let done = render::render_halves(job, options.tile_size, &progress);
-            let (finished, first) = of_progressive(job, done);
+            let (finished, first) = of_progressive(done);
             (
                 Finished {
                     error: None,
@@ -181,7 +181,7 @@ pub(super) fn take(
         // The size of tiles decides which pixels share their number of samples.
         Some(goal) => {
             let done = render::render_until(job, render::TILE_SIZE, &goal, &progress);
-            of_progressive(job, done)
+            of_progressive(done)
         }
     };
     let first_dropped = first_dropped.map(|(first, at)| (first, place(job, at)));
@@ -205,7 +205,7 @@ fn of_one_set(
     let paths = job.light_paths(spp);
     let film = render::render(job, options.tile_size, options.variance, progress);
     let first = film.first_dropped();
-    let first = first.map(|dropped| (dropped, render::locate(job, &job.sampler, dropped)));
+    let first = first.map(|dropped| (dropped, render::locate_in_one_set(job, dropped)));
     let sampled = film.bounds().intersection(job.sampled).area() as u64;
     let (all, done) = (sampled * u64::from(spp), film.samples());
     let finished = Finished {
@@ -219,9 +219,8 @@ fn of_one_set(
     (finished, first)
 }
 
-fn of_progressive(job: &RenderJob, done: Progressive) -> (Finished, FirstDropped) {
+fn of_progressive(done: Progressive) -> (Finished, FirstDropped) {
     let first = done.first_dropped;
-    let first = first.map(|(dropped, s)| (dropped, render::locate(job, &s, dropped)));
     let finished = Finished {
         film: done.film,
         spp: done.spp,
