@@ -6,7 +6,7 @@
 //! ([`crate::film`]), so that a resumed render ends in the bits of an undisturbed one.
 //!
 //! ```text
-//! "fstop checkpoint 6\n"   length, header (JSON), CRC   length, record, CRC   ...
+//! "fstop checkpoint 7\n"   length, header (JSON), CRC   length, record, CRC   ...
 //! ```
 
 mod contents;
@@ -34,7 +34,7 @@ use std::time::{Duration, Instant};
 use whole::KeptWhole;
 
 /// The first bytes of every checkpoint; the number is the format's.
-const MAGIC: &[u8] = b"fstop checkpoint 6\n";
+const MAGIC: &[u8] = b"fstop checkpoint 7\n";
 
 /// Longest record that is believed: a tile with all nodes that it can have.
 const LONGEST: u32 = 1 << 28;
@@ -46,7 +46,7 @@ const COLLECTED: usize = 1 << 20;
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The file is something else.
-    #[error("{}: this is no checkpoint of fstop, and is not overwritten", .0.display())]
+    #[error("{}: this is no checkpoint of this version of fstop, and is not overwritten", .0.display())]
     Foreign(PathBuf),
     /// It is of another render.
     #[error("{}: this is a checkpoint of another render: {}; remove it, or name another", .path.display(), .differences.join("; "))]

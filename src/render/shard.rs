@@ -394,10 +394,13 @@ mod tests {
     /// Every light path is traced by one shard: where they are paired by the one that has its camera sample.
     #[test]
     fn light_paths_are_a_partition() {
-        for (width, height, samples, of) in
-            [(50, 37, 7..39, 5), (5, 4, 0..70, 6), (64, 16, 3..4, 1)]
-        {
-            let division = Division::new(bounds(width, height), None, of);
+        for (width, height, samples, of, in_blocks) in [
+            (50, 37, 7..39, 5, false),
+            (5, 4, 0..70, 6, true),
+            (64, 16, 3..4, 1, false),
+        ] {
+            let all = in_blocks.then_some(samples.end);
+            let division = Division::new(bounds(width, height), all, of);
             let tiles = division.bounds.tiles(TILE_SIZE).count();
             // Of each other tile one sample more.
             let of_tile = |tile: usize| samples.start..samples.end + tile as u32 % 2;
@@ -412,8 +415,10 @@ mod tests {
                     let own = division.pieces_by(shard, &pass);
                     for Piece { unit, bounds } in own.filter(|piece| piece.unit.half == 1) {
                         for pixel in bounds.pixels().filter(|_| are_paired) {
-                            let path = pairing.path(pixel, unit.samples.start);
-                            assert!(paths.iter().any(|range| range.contains(&path)));
+                            for sample in unit.samples.clone() {
+                                let path = pairing.path(pixel, sample);
+                                assert!(paths.iter().any(|range| range.contains(&path)));
+                            }
                         }
                     }
                 }

@@ -371,7 +371,8 @@ fn a_checkpoint_knows_what_it_is_of() {
         let run = render(&scene, &output, &more);
         assert_eq!(run.code, 2, "{}", run.stderr);
         assert!(
-            run.stderr.contains("no checkpoint of fstop"),
+            run.stderr
+                .contains("no checkpoint of this version of fstop"),
             "{}",
             run.stderr
         );

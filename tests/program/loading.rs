@@ -172,6 +172,41 @@ fn samples_that_are_not_finite_are_located() {
     }
 }
 
+/// A sample that its light path makes infinite is found again with that path, which depends on the pass: with one of another pass there would be nothing to be
+/// found.
+#[test]
+fn samples_of_an_error_goal_are_located_with_their_light_paths() {
+    let folder = Folder::new();
+    // Joints of vertices that are close to each other are more than a float holds.
+    let scene = r#"
+        MakeNamedMedium "fog" "string type" "homogeneous" "color sigma_a" [.5 .5 .5] "color sigma_s" [3 2 1] "float g" [0.5]
+        LookAt 0 .8 -1  0 .05 0  0 1 0
+        Camera "perspective" "float fov" [40]
+        Film "image" "integer xresolution" [16] "integer yresolution" [16]
+        PixelFilter "box"
+        Sampler "random" "integer pixelsamples" [128]
+        Integrator "bdpt" "integer maxdepth" [5]
+        WorldBegin
+        Scale .2 .2 .2
+        AttributeBegin
+            MediumInterface "fog" "fog"
+            LightSource "point" "point from" [-.25 1 0] "color I" [1e36 1e36 1e36]
+        AttributeEnd
+        AttributeBegin
+            MediumInterface "fog" ""
+            Material "none"
+            Shape "trianglemesh" "integer indices" [0 2 3 0 3 1  4 5 7 4 7 6  0 4 6 0 6 2  1 3 7 1 7 5  0 1 5 0 5 4  2 6 7 2 7 3]
+                "point P" [-1.25 0.125 -1  1 0.125 -1  -1.25 1.75 -1  1 1.75 -1  -1.25 0.125 1  1 0.125 1  -1.25 1.75 1  1 1.75 1]
+        AttributeEnd
+        Material "matte" "color Kd" [.5 .5 .5]
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4  4 0 -4  4 0 4  -4 0 4]
+        WorldEnd"#;
+    folder.write("s.pbrt", scene);
+    let run = folder.run(["s.pbrt", "-o", "a.exr", "--error", "9%"]);
+    let words = "the first is sample 100 of pixel 15, 3 (both from 0), at a `matte` at depth 0";
+    assert!(run.stderr.contains(words), "{}", run.stderr);
+}
+
 /// Light that is finite where it arrives, but not all of it together: paths from such a light are counted, and not left out in
 /// silence.
 #[test]

@@ -356,7 +356,7 @@ fn mixtures_are_refused() {
 
     let whole = bytes(&three[0]);
     std::fs::write(&three[0], "a letter").expect("a file");
-    refuses(&three, 2, "no checkpoint of fstop");
+    refuses(&three, 2, "no checkpoint of this version of fstop");
     std::fs::write(&three[0], &whole[..whole.len() / 2]).expect("a file");
     refuses(&three, 1, "shard 1/3 is not finished");
     let mut damaged = whole.clone();

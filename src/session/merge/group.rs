@@ -235,7 +235,8 @@ fn unreadable(path: &Path, source: io::Error) -> MergeError {
 fn read(path: &Path) -> Result<(Facts, One), MergeError> {
     let contents = Contents::read(BufReader::new(open(path)?));
     let contents = contents.map_err(|source| unreadable(path, source))?;
-    let contents = contents.ok_or_else(|| foreign(path, "no checkpoint of fstop"))?;
+    let contents =
+        contents.ok_or_else(|| foreign(path, "no checkpoint of this version of fstop"))?;
     let whole = "the checkpoint of a whole render: the command that made it continues it";
     let facts = contents.facts.clone().ok_or_else(|| foreign(path, whole))?;
     if facts.film.spec().check().is_err() || !facts.shard.is_valid() {
