@@ -179,7 +179,8 @@ pub(super) fn trace(
 
 /// How many paths are in ranges.
 pub fn count_of(ranges: &[Range<u64>]) -> u64 {
-    ranges.iter().map(|range| range.end - range.start).sum()
+    let counts = { ranges.iter() }.map(|range| range.end.saturating_sub(range.start));
+    counts.sum()
 }
 
 /// What a thread works with.
