@@ -131,7 +131,8 @@ fn window(more: &str) -> RenderJob {
     ))
 }
 
-/// A lamp 0.004 over a floor lights a room by a small spot, which camera samples meet rarely, and then far too brightly.
+/// A lamp 0.004 over a floor lights a room by a small spot, which camera samples meet rarely, and then far too brightly. Joined to the lens, or to camera
+/// paths, light paths find it.
 #[test]
 fn light_paths_are_not_left_out_where_camera_samples_are_rarely_bright() {
     let lamp = |place: &str, radius: f32, light: f32| {
@@ -142,7 +143,8 @@ fn light_paths_are_not_left_out_where_camera_samples_are_rarely_bright() {
     };
     let far = lamp("Translate 0 1.5 -60", 1.0, 3324.0);
     let near = lamp("Translate 1 -.496 -.8 Rotate 90 1 0 0", 0.003, 675_476.0);
-    assert!(window(&(far + &near)).traces_light());
+    let job = window(&(far + &near));
+    assert!(job.traces_light() || job.integrator.joined() >= 1.0);
 }
 
 /// A lamp between a floor and a shelf 0.1 above it: of a few thousand light paths some forty come out and into view, none of them from where the floor
