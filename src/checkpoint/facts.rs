@@ -54,7 +54,6 @@ pub struct Facts {
     /// If paths are traced from the lights, the scale of their [`crate::film::Splats`], and how many there are.
     pub splats: Option<(i32, LightShare)>,
     /// A shard's light paths are those of its own camera samples.
-    #[serde(default)]
     pub are_paired: bool,
 }
 

@@ -147,8 +147,8 @@ pub(super) fn trace(
 ) -> bool {
     let missing = { paths.iter() }.flat_map(|range| splats.paths().missing(range.clone()));
     let missing: Vec<Range<u64>> = missing.collect();
-    let count = count_of(&missing);
-    progress.advance(count_of(paths) - count - counted);
+    let count = count_paths(&missing);
+    progress.advance(count_paths(paths) - count - counted);
     // Memory for all at once: none that depends on the number of paths but this.
     let mut chunks = Vec::with_capacity((count / CHUNK) as usize + 2 * missing.len());
     chunks.extend(missing.into_iter().flat_map(|range| cut(range, CHUNK)));
@@ -178,7 +178,7 @@ pub(super) fn trace(
 }
 
 /// How many paths are in ranges.
-pub fn count_of(ranges: &[Range<u64>]) -> u64 {
+pub fn count_paths(ranges: &[Range<u64>]) -> u64 {
     let counts = { ranges.iter() }.map(|range| range.end.saturating_sub(range.start));
     counts.sum()
 }

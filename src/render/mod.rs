@@ -24,7 +24,7 @@ mod work;
 
 pub use goal::{Ended, Goal};
 pub use halves::Halves;
-pub use light_pass::count_of;
+pub use light_pass::count_paths;
 pub use live::Live;
 pub use mattes::Mattes;
 pub use progress::{Progress, Statistics, Step};

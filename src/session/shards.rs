@@ -222,7 +222,7 @@ impl Prepared {
         let paths = |pass: &Pass| -> u64 {
             let how = (job.splat_share(), job.pairs_paths());
             let halves = (0..pass.len()).filter(|_| job.has_splats());
-            let of_half = |half| render::count_of(&division.light(shard, (half, pass), how));
+            let of_half = |half| render::count_paths(&division.light(shard, (half, pass), how));
             halves.map(of_half).sum()
         };
         let all = passes.iter().map(|pass| samples(pass) + paths(pass)).sum();

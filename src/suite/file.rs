@@ -2,17 +2,16 @@
 
 use super::command::{Placeholder, Template, TemplateError};
 use super::references::is_hash;
+use super::tables::{FileTable, RendererTable, SceneTable, SuiteTable};
 use crate::compare::{Correction, Noise, Options};
 use crate::files;
 use crate::session::{Policy, Problems};
 use crate::syntax::suggest::nearest;
 use crate::syntax::{Diagnostic, Diagnostics, FileId, SourceMap, Span};
-use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
-use toml::de::{DeArray, DeTable, DeValue, Deserializer};
 use toml::{Spanned, Value};
 
 /// A suite, with all defaults filled in.
@@ -64,68 +63,9 @@ pub struct Scene {
 /// A suite file is text of people: one beyond this is something else.
 const LARGEST: u64 = 16 << 20;
 
-/// So many mistakes of its form are told, each with the cost of reading it anew; with the note that there are more they are
-/// as many messages as are printed.
-const MISTAKES: usize = 99;
-
 /// Seeds of a reference unless the suite says otherwise: four halve its part of the difference's error, and the noise of
 /// the difference is then a quarter of what one would leave.
 const BASELINE_RUNS: u64 = 4;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileTable {
-    #[serde(default)]
-    suite: SuiteTable,
-    #[serde(default)]
-    renderer: BTreeMap<String, RendererTable>,
-    #[serde(default)]
-    scene: Vec<Spanned<SceneTable>>,
-    /// No scene was taken out, and nothing beside them, for its mistakes.
-    #[serde(skip)]
-    is_complete: bool,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct SuiteTable {
-    name: Option<String>,
-    alpha: Option<Spanned<f64>>,
-    correction: Option<Spanned<String>>,
-    noise: Option<Spanned<String>>,
-    cell: Option<Spanned<u32>>,
-    blocks: Option<Spanned<Vec<u32>>>,
-    tolerance: Option<Spanned<f64>>,
-    output: Option<String>,
-    references: Option<String>,
-    commits: Option<String>,
-    renderer: Option<Spanned<String>>,
-    spp: Option<Spanned<u32>>,
-    seeds: Option<Spanned<Vec<u64>>>,
-    baseline_seeds: Option<Spanned<Vec<u64>>>,
-    timeout: Option<Spanned<f64>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RendererTable {
-    command: Spanned<Value>,
-    extension: Option<Spanned<String>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SceneTable {
-    file: Spanned<String>,
-    name: Option<Spanned<String>>,
-    renderer: Option<Spanned<String>>,
-    spp: Option<Spanned<u32>>,
-    seeds: Option<Spanned<Vec<u64>>>,
-    baseline_seeds: Option<Spanned<Vec<u64>>>,
-    timeout: Option<Spanned<f64>>,
-    reference: Option<String>,
-    sha256: Option<Spanned<String>>,
-}
 
 impl Suite {
     /// Reads a suite file.
@@ -186,7 +126,8 @@ impl Reader<'_> {
     }
 
     fn suite(&self, text: &str) -> Option<Suite> {
-        let tables = self.tables(text)?;
+        let refuse = |error: &_| self.refuse(text, error);
+        let tables = FileTable::parse(text, self.problems, refuse)?;
         let folder = match self.path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
             _ => PathBuf::from("."),
@@ -234,43 +175,6 @@ impl Reader<'_> {
             suite.scenes.push(scene);
         }
         Some(suite)
-    }
-
-    /// The tables, or everything that their form lacks.
-    fn tables(&self, text: &str) -> Option<FileTable> {
-        let (mut root, errors) = DeTable::parse_recoverable(text);
-        errors.iter().for_each(|error| self.refuse(text, error));
-        if !errors.is_empty() {
-            return None;
-        }
-        let (mut is_whole, all) = (true, entries(&root));
-        // Where the tables begin from which something unknown was taken out.
-        let mut reduced = BTreeSet::new();
-        for _ in 0..MISTAKES {
-            let error = match FileTable::deserialize(Deserializer::from(root.clone())) {
-                Ok(mut tables) => {
-                    tables.is_complete = entries(&root) == all;
-                    return is_whole.then_some(tables);
-                }
-                Err(error) => error,
-            };
-            let start = error.span().map(|at| at.start);
-            let message = error.message();
-            let is_unknown = message.starts_with("unknown field");
-            // What is missing may be what was taken out, or could not be understood.
-            let is_lost = !is_whole || start.is_some_and(|start| reduced.contains(&start));
-            if !(is_lost && message.starts_with("missing field")) {
-                self.refuse(text, &error);
-            }
-            // A scene without its file is left out, and so is what is unknown.
-            is_whole &= is_unknown || message.starts_with("missing field `file`");
-            let from = take_out(root.get_mut(), 0, start?)?;
-            if is_unknown {
-                reduced.insert(from);
-            }
-        }
-        self.problems.push(Diagnostic::error("… and more"));
-        None
     }
 
     /// What TOML itself, or the shape of the tables, forbids.
@@ -568,56 +472,6 @@ impl Reader<'_> {
         }
         (sum.get_ref().to_ascii_lowercase(), sum.span())
     }
-}
-
-/// How many entries a table has, with the items of those that are arrays.
-fn entries(table: &Spanned<DeTable>) -> usize {
-    let of = |value: &Spanned<DeValue>| match value.get_ref() {
-        DeValue::Array(items) => 1 + items.len(),
-        _ => 1,
-    };
-    table.get_ref().iter().map(|(_, value)| of(value)).sum()
-}
-
-/// Takes out the innermost entry that an error at this byte is about, of a table that begins at `start`. Returns where the
-/// table or array begins that it was in, if there is one.
-fn take_out(table: &mut DeTable, start: usize, at: usize) -> Option<usize> {
-    let mut gone = None;
-    for (key, value) in table.iter_mut() {
-        let is_here = key.span().contains(&at) || value.span().contains(&at);
-        let inner_start = value.span().start;
-        let inside = match value.get_mut() {
-            DeValue::Table(inner) => take_out(inner, inner_start, at),
-            DeValue::Array(items) => take_out_of(items, inner_start, at),
-            _ => None,
-        };
-        if inside.is_some() {
-            return inside;
-        }
-        if is_here {
-            gone = Some(key.clone());
-        }
-    }
-    table.remove(&gone?).map(|_| start)
-}
-
-/// The same of an array, whose items may be tables.
-fn take_out_of(items: &mut DeArray, start: usize, at: usize) -> Option<usize> {
-    let of_item = |item: &mut Spanned<DeValue>| {
-        let start = item.span().start;
-        match item.get_mut() {
-            DeValue::Table(inner) => take_out(inner, start, at),
-            _ => None,
-        }
-    };
-    let inside = items.iter_mut().find_map(of_item);
-    if inside.is_some() {
-        return inside;
-    }
-    let count = items.len();
-    let others = { items.clone().into_iter() }.filter(|item| !item.span().contains(&at));
-    *items = others.collect();
-    (items.len() < count).then_some(start)
 }
 
 /// A scene's name by its file: without an extension, and without what leads out of the suite's folder.

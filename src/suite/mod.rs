@@ -13,6 +13,7 @@ pub mod process;
 pub mod references;
 pub mod runs;
 pub mod spending;
+mod tables;
 
 pub use command::{Placeholder, Values};
 pub use family::Family;

@@ -68,8 +68,8 @@ const CHUNK: u64 = 1 << 9;
 const JOINED: [f32; 2] = [1.0, 1.0 / 32.0];
 
 /// The part of the light that joints must bring for all camera paths to be joined. The mean tells more of a few samples than their
-/// noise, of which the rare bright ones are the most. In the census that part is 0.02 at most, where joints change efficiency by a twentieth, or
-/// 0.07 and more, where they double it.
+/// noise, of which the rare bright ones are the most. In the census that part is 0.02 at most (`point_glossyring`, with 1.05 times the error × time if
+/// all are joined), or 0.07 and more (`spot_alphasheet`, with 0.52 times).
 const MIN_JOINED: f64 = 0.05;
 
 /// Light paths for each camera sample that may be chosen: not many, as the noise of camera paths is
