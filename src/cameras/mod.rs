@@ -30,6 +30,7 @@ pub use environment::{Environment, EnvironmentSpec};
 pub use kinds::CAMERA_NAMES;
 pub use kinds::{Camera, CameraSpec, DepthAndBlur, Depths};
 pub use projective::{Projective, ProjectiveSpec};
+pub(crate) use realistic::is_course_form;
 #[cfg(any(test, feature = "internals"))]
 pub use realistic::{Band, Exposure, Form, Weighting, pbrt_pupil_box};
 pub use realistic::{Compat, GhostEntry, Precision, Realistic, RealisticSpec};

@@ -38,6 +38,12 @@ pub enum FocusError {
         /// How far inside, mm.
         inside: f64,
     },
+    /// A tilted film for which no distance was found.
+    #[error("cannot focus at {} mm: with a film tilted like this no distance was found at which that point is sharp", length_text(*.asked))]
+    Unsettled {
+        /// The distance asked for, mm.
+        asked: f64,
+    },
 }
 
 /// Distance from the last vertex to the film, mm, that brings the plane `distance` mm from the

@@ -143,8 +143,8 @@ impl Lens {
     /// telecentric on a side.
     pub fn pinhole_focal_length(&self) -> Option<f64> {
         let (entrance, exit) = (self.paraxial.entrance_pupil?, self.paraxial.exit_pupil?);
-        // Lagrange's invariant between the pupils: y tan u is conserved.
-        let angular = exit.diameter / entrance.diameter;
+        // Lagrange's invariant between the pupils: n y tan u is conserved.
+        let angular = self.rear().index * exit.diameter / entrance.diameter;
         Some((self.film_z() - exit.z) / angular).filter(|f| f.is_finite())
     }
 

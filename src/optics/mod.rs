@@ -21,7 +21,7 @@
 //! film**; the film lies at `length + film_distance`. Indices of refraction are at the d line, 587.56 nm.
 //!
 //! ```
-//! use fstop::math::Vec2;
+//! use fstop::glam::Vec2;
 //! use fstop::optics::pupil::RINGS;
 //! use fstop::optics::{ExitPupil, Lens, Prescription};
 //!

@@ -30,7 +30,7 @@ pub trait Number:
     fn times(self, base: Self::Base) -> Self;
     /// Sum with a constant.
     fn plus(self, base: Self::Base) -> Self;
-    /// Larger than `base`? Like every comparison, false for what is not a number.
+    /// True where it is larger than `base`; like every comparison, false for what is not a number.
     fn greater(self, base: Self::Base) -> Self::Mask;
     /// True where it is `base` or larger.
     fn at_least(self, base: Self::Base) -> Self::Mask;

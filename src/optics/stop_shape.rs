@@ -148,7 +148,7 @@ pub struct StopEdges<B> {
 }
 
 impl<B: Plain> StopEdges<B> {
-    /// Does light pass at (x, y)? For one point or a bundle of them; what is not a number does not.
+    /// True where light passes at (x, y), for one point or a bundle of them; not at what is not a number.
     #[inline(always)]
     pub fn hold<T: Number<Base = B>>(&self, x: T, y: T) -> T::Mask {
         let (mut within_all, mut within_all_but_one) = (T::Mask::YES, T::Mask::YES);

@@ -83,8 +83,8 @@ impl<T: Number> LensRay<T> {
 /// Why a ray ends in the lens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// It passes the sphere, meets it beyond its equator, runs the wrong way, or is no ray at all
-    /// (not a number).
+    /// It passes the sphere, meets it beyond its equator, runs the wrong way, or is not
+    /// finite.
     Missed,
     /// It meets the surface outside the clear aperture.
     Vignetted,
@@ -143,7 +143,7 @@ impl<B: Plain> LensTracer<B> {
     }
 
     /// Takes `ray` across these surfaces, one after the other; z is relative to the vertex at hand, to begin with to that
-    /// beside the first surface that is met. `goes_on` sees each crossing; with `false` the ray ends in front of it.
+    /// beside the first surface that is met. `continues` sees each crossing; with `false` the ray ends in front of it.
     #[inline(always)]
     fn walk<T: Number<Base = B>>(
         &self,
@@ -151,7 +151,7 @@ impl<B: Plain> LensTracer<B> {
         toward: Toward,
         clip: bool,
         mut ray: LensRay<T>,
-        mut goes_on: impl FnMut(usize, &Crossing<T>) -> bool,
+        mut continues: impl FnMut(usize, &Crossing<T>) -> bool,
     ) -> LensRay<T> {
         let ends = surfaces.start + surfaces.end;
         for k in surfaces {
@@ -161,7 +161,7 @@ impl<B: Plain> LensTracer<B> {
             };
             self.approach(i, toward, &mut ray);
             let crossing = self.elements[i].cross(&ray, toward, clip);
-            if !goes_on(i, &crossing) {
+            if !continues(i, &crossing) {
                 break;
             }
             ray = crossing.ray;
@@ -244,11 +244,11 @@ impl<B: Plain> LensTracer<B> {
         let mut heights = Vec::with_capacity(surfaces.len());
         let count = surfaces.len();
         let ray = self.walk(surfaces, toward, false, ray, |i, crossing| {
-            let goes_on = crossing.blocked(i).is_none() && crossing.ray.finite();
-            if goes_on {
+            let continues = crossing.blocked(i).is_none() && crossing.ray.finite();
+            if continues {
                 heights.push(crossing.ray.o[1]);
             }
-            goes_on
+            continues
         });
         let passes = heights.len() == count;
         (heights, Some(ray).filter(|_| passes))

@@ -217,3 +217,18 @@ fn the_f_number_counts_the_index_at_the_film() {
         );
     }
 }
+
+/// The pinhole that shows the same near the axis: film height over the tangent of the angle at which the chief ray comes in.
+#[test]
+fn a_pinhole_shows_what_a_lens_before_glass_does() {
+    let prescription = Prescription::parse("51.68 0 1.5168 20\n").unwrap();
+    let distance = Lens::focused(&prescription, 2000.0).unwrap();
+    let lens = Lens::new(&prescription, distance).unwrap();
+    let pinhole = lens.pinhole_focal_length().unwrap();
+    // The stop is the surface itself, in air: by Snell's law the angle behind it is that in front of it over the index.
+    let expected = distance / 1.5168;
+    assert!(
+        (pinhole / expected - 1.0).abs() < 1e-12,
+        "{pinhole} {expected}"
+    );
+}

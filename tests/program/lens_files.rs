@@ -52,6 +52,25 @@ fn lenses_are_written_in_the_format_of_their_ending() {
         (9.0, 40.0)
     );
     assert!(back.surfaces[0].dispersion.is_some());
+    // In formats that have positions, too, one that is asked for; with none all of them.
+    for name in ["still.dat", "still.json"] {
+        let at = ["--zoom", "80", "--focus", "2"];
+        run(&[&["lens", &zoom], &at[..], &["-o", &file(name)]].concat());
+        let back = Prescription::read(Path::new(&file(name))).expect("a lens");
+        assert!(
+            back.positions.is_none() && back.surfaces[1].thickness == 9.0,
+            "{name}"
+        );
+        let described = |path: &str, more: &[&str]| run(&[&["lens", path], more].concat());
+        assert_eq!(described(&file(name), &[]), described(&zoom, &at), "{name}");
+        run(&["lens", &zoom, "-o", &file(name)]);
+        let back = Prescription::read(Path::new(&file(name))).expect("a lens");
+        assert_eq!(
+            back.positions.expect("a zoom").zooms(),
+            [50.0, 80.0],
+            "{name}"
+        );
+    }
 }
 
 #[test]

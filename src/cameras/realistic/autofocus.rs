@@ -218,10 +218,7 @@ impl RealisticSpec {
             }
             distance *= ratio;
         }
-        Err(FocusError::TooNear {
-            asked: -p.z,
-            minimum: f64::INFINITY,
-        })
+        Err(FocusError::Unsettled { asked: -p.z })
     }
 
     /// z of what stays where it is in the scene while the lens is focused, mm: the film, or in the course's form the first vertex.
@@ -261,7 +258,7 @@ impl Realistic {
         Some(focused.map_err(|error| AutofocusError::Focus { zone, error }))
     }
 
-    /// What has as many things before it as behind it, of those that the zone shows.
+    /// The point of median depth, of those that the zone shows.
     fn middle_of(
         &self,
         zone: &Zone,

@@ -67,6 +67,7 @@ pub use bands::Band;
 pub(super) use connection::Traced;
 pub use exposure::Exposure;
 pub use ghosts::GhostEntry;
+pub(crate) use params::is_course_form;
 pub use spec::{Compat, Form, Precision, RealisticSpec, Weighting};
 
 use super::blur::{Blur, Line};
@@ -75,7 +76,7 @@ use super::{BUNDLE, CameraError, CameraRay, CameraSample, FilmGeometry, Shutter}
 use crate::math::motion::Motion;
 use crate::math::transform::Transform;
 use crate::math::{DMat4, DVec3, Rgb, Vec2, Vec3};
-use crate::optics::pupil::{PupilSample, projected_solid_angle};
+use crate::optics::pupil::{ExitPupil, PupilSample, projected_solid_angle};
 use crate::optics::real::Dual;
 use crate::optics::{Lens, LensRay};
 use crate::syntax::Span;
@@ -140,8 +141,19 @@ impl Realistic {
         let center = [0.0, 0.0, pupil.plane_z()];
         let from = tilted.on_flat(film, center);
         let step = self.steps(film, from, center)?[0][0] / self.per_pixel[0];
-        let along = pupil.region(0.0)?.along;
+        let along = self.edge_of_pupil(pupil)?;
         Some(self.blur.tilted(k * along / self.per_pixel[0], step))
+    }
+
+    /// How far from the axis rays of the middle of the film to the edge of the Gaussian exit pupil meet the plane of the sampled one, mm. (What is
+    /// sampled is larger: it has a margin, and the real pupil's aberrations.)
+    fn edge_of_pupil(&self, pupil: &ExitPupil) -> Option<f64> {
+        let lens = &self.spec.lens;
+        let Some(exit) = lens.paraxial().exit_pupil else {
+            return Some(pupil.region(0.0)?.along);
+        };
+        let slope = 0.5 * exit.diameter / (lens.film_z() - exit.z);
+        Some((slope * (lens.film_z() - pupil.plane_z())).abs())
     }
 
     /// Traces a ray near the lens' axis and, to first order, that of the next pixel; `None` where light along the axis is
@@ -153,7 +165,7 @@ impl Realistic {
             return None;
         };
         let (film, z) = ([0.0, 0.0], pupil.plane_z());
-        let edge = NEAR * pupil.region(0.0)?.along;
+        let edge = NEAR * self.edge_of_pupil(pupil)?;
         let near = self.main.model.trace_from_film(film, [edge, 0.0, z]).ok()?;
         let axis = { &self.main.model }.trace_with_derivatives(film, [0.0, 0.0, z]);
         let next = { axis.ok()? }.map(|x| x.value + self.per_pixel[0] * x.by[0]);
@@ -348,7 +360,7 @@ impl Realistic {
         }))
     }
 
-    /// Does the film turn its back on `pupil`? Only one that is tilted can.
+    /// Returns `true` if the film faces away from `point`, as only a tilted one can.
     fn is_behind(&self, film: [f64; 2], point: [f64; 3]) -> bool {
         let unit = PupilSample { point, area: 1.0 };
         let tilted = self.tilted.as_ref();

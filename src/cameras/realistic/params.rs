@@ -12,6 +12,7 @@ use crate::optics::prescription::positions::PositionError;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, Prescription, PrescriptionError, StopShape, best_focus};
 use crate::params::ParamReader;
+use crate::syntax::ParamList;
 
 /// Names only the course form has.
 const COURSE_NAMES: [&str; 3] = ["specfile", "aperture_diameter", "filmdiag"];
@@ -24,6 +25,12 @@ const DEFAULT_APERTURE: f64 = 1.0;
 const DEFAULT_FILM_DISTANCE: f64 = 70.0;
 /// Focus distance of the pbrt-v3 form, meters.
 const DEFAULT_FOCUS_DISTANCE: f64 = 10.0;
+
+/// Returns `true` if the parameters are those of the course's form of the camera.
+pub(crate) fn is_course_form(params: &ParamList) -> bool {
+    let given = |name: &&str| params.named(name).is_some();
+    COURSE_NAMES.iter().any(given)
+}
 
 impl RealisticSpec {
     /// Reads the parameters and the lens file. Everything wrong with either is reported; `None`

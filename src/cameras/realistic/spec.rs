@@ -19,10 +19,10 @@ pub enum Form {
     Pbrt3,
 }
 
-/// Whose habits to copy (`"string compat"`, `--compat`).
+/// Which renderer to imitate (`"string compat"`, `--compat`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compat {
-    /// Nobody's: every film point sees its true exit pupil.
+    /// None: every film point sees its true exit pupil.
     #[default]
     None,
     /// The course kit's on pbrt-v2: samples the rear element's disk, flat at its vertex (and so
@@ -65,7 +65,7 @@ pub struct RealisticSpec {
     pub form: Form,
     /// What rays count for.
     pub weighting: Weighting,
-    /// Whose habits to copy.
+    /// Which renderer to imitate.
     pub compat: Compat,
     /// How lens samples are spread over the exit pupil.
     pub pupil_sampling: PupilSampling,
@@ -98,7 +98,7 @@ pub struct RealisticSpec {
 }
 
 impl RealisticSpec {
-    /// Do surfaces reflect? Only where rays are traced through them.
+    /// Returns `true` if surfaces reflect, as they do only where rays are traced through them.
     pub(super) fn reflects(&self) -> bool {
         self.ghosts && self.model == ModelKind::Exact && self.compat == Compat::None
     }

@@ -83,8 +83,8 @@ struct OutputArgs {
     /// Rows of the tables over the field, 1 to 25, in --analysis and on the page; --json has all
     #[arg(long, value_name = "N", default_value_t = analysis::ROWS as u8, value_parser = clap::value_parser!(u8).range(1..=25))]
     rows: u8,
-    /// Write the lens, scaled, to this file: a lens table (.dat), Zemax (.zmx) or JSON (.json); with --zoom or --focus, and where
-    /// the format has no positions, at that one
+    /// Write the lens, scaled, to this file: a lens table (.dat), Zemax (.zmx) or JSON (.json); with --zoom or --focus at that
+    /// position alone, else with all that it has
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Print how focal length, view and brightness change with zoom and focus (breathing), instead of the description
@@ -294,7 +294,7 @@ fn write_lens(bench: &Bench, args: &LensArgs, file: &Path) -> Result<(), Failure
     let chosen = args.mount.zoom.is_some() || args.mount.focus.is_some();
     let mut lens = &bench.moving;
     let still;
-    if format == LensFormat::Zemax && chosen {
+    if chosen {
         still = Prescription {
             // Where it is, with the stop as the file has it.
             surfaces: at_position_of(&bench.moving, &bench.prescription),

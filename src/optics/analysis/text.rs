@@ -53,7 +53,7 @@ impl LensAnalysis {
     fn write_fields(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "\nheight  angle  distortion  illumination  cos^4  spot rms   contrast, sagittal/tangential, at"
+            "\nheight  angle  distortion  illumination  cos^4  spot rms   contrast by rays, sagittal/tangential, at"
         )?;
         for frequency in MTF_FREQUENCIES {
             write!(f, " {frequency}")?;

@@ -59,7 +59,7 @@ fn placed<'a>(line: &'a str, parts: impl Iterator<Item = &'a str>) -> Vec<Cell<'
 }
 
 /// Cuts a line into cells. Blank cells count only where the line is four or five cells separated
-/// by single tabs; otherwise any run of blanks is one separator.
+/// by single tabs; otherwise any run of blanks is one separator. Commas or semicolons are where all of a line has them: `1,5` among blanks is no number.
 fn cells(line: &str) -> Vec<Cell<'_>> {
     let tabbed = placed(line, line.trim_end().split('\t').map(str::trim));
     let blank = tabbed.iter().any(|c| c.text.is_empty());
@@ -71,7 +71,27 @@ fn cells(line: &str) -> Vec<Cell<'_>> {
     {
         return tabbed;
     }
-    placed(line, line.split_whitespace())
+    let separator = if line.contains(';') { ';' } else { ',' };
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let is_separated = match words.split_last() {
+        Some((only, [])) => only.contains(separator),
+        Some((last, before)) => {
+            // `1,5` is no two numbers.
+            let is_plain = |word: &str| !word.trim_end_matches(separator).contains([',', ';']);
+            is_plain(last)
+                && before
+                    .iter()
+                    .all(|word| is_plain(word) && word.ends_with(separator))
+        }
+        None => false,
+    };
+    match is_separated {
+        true => {
+            let parts = line.split(separator).map(str::trim);
+            placed(line, parts.filter(|cell| !cell.is_empty()))
+        }
+        false => placed(line, words.into_iter()),
+    }
 }
 
 /// The finite number that a text is; `what` is expected.

@@ -44,7 +44,9 @@ use super::cells::{Cell, Row, lines, number, split};
 use super::extras::Extras;
 use super::positions::Positions;
 use super::{INDICES, Notes, Prescription, PrescriptionError, RowNote};
+use crate::optics::dispersion::{Dispersion, LINE_D};
 use crate::optics::surface::Surface;
+use std::collections::BTreeSet;
 
 /// Reads a table.
 pub fn parse(text: &str) -> Result<Prescription, PrescriptionError> {
@@ -116,6 +118,9 @@ struct Reader {
 /// Absolute radii this side of which curvature and its square are ordinary numbers.
 const RADIUS_RANGE: std::ops::RangeInclusive<f64> = 1e-6..=1e30;
 
+/// How far an index of three digits is off.
+const ROUNDED_INDEX: f64 = 1e-3;
+
 impl Row<'_> {
     fn note(&self, cell: Option<&Cell>, message: impl Into<String>) -> RowNote {
         RowNote {
@@ -161,8 +166,15 @@ impl Reader {
         let abbe = self.value(row, columns[3], abbe).flatten();
         let aperture = self.value(row, columns[4], aperture);
         let mut extras = Extras::default();
+        let mut names = BTreeSet::new();
         for cell in &row.extras {
-            self.value(row, Some(*cell), |word| extras.read(word));
+            self.value(row, Some(*cell), |word| {
+                let name = word.split('=').next().unwrap_or_default();
+                match names.insert(name.to_ascii_lowercase()) {
+                    true => extras.read(word),
+                    false => Err(format!("{name} is given twice")),
+                }
+            });
         }
         if self.notes.errors.len() > before {
             return None;
@@ -191,6 +203,10 @@ impl Reader {
                 ),
             );
         }
+        let index = match extras.dispersion.filter(|_| !is_stop) {
+            Some(formula) => self.agreed(row, columns[2].as_ref(), index, &formula),
+            None => index,
+        };
         self.medium = index;
         if is_stop && extras.asphere.is_some() {
             let message =
@@ -217,6 +233,30 @@ impl Reader {
             );
         }
         Some(surface)
+    }
+
+    /// The index where a dispersion formula tells it as well as the column, which counts: it may be for another line than d. A formula alone, or
+    /// behind an index of air, is that of the glass.
+    fn agreed(&mut self, row: &Row, cell: Option<&Cell>, column: f64, formula: &Dispersion) -> f64 {
+        let index = formula.index(LINE_D);
+        if (index - column).abs() <= ROUNDED_INDEX {
+            return column;
+        }
+        let is_blank = column == 1.0 && cell.is_none_or(|cell| self::index(cell.text) == Ok(None));
+        let (counts, what) = match column == 1.0 {
+            true => (index, "the formula counts"),
+            false => (
+                column,
+                "the column counts, but with \"dispersion\" the formula does",
+            ),
+        };
+        if !is_blank {
+            let message = format!(
+                "the dispersion formula gives an index of {index:.5} at the d line, the column {column}: {what}"
+            );
+            self.notes.warnings.push(row.note(cell, message));
+        }
+        counts
     }
 
     /// A number, or the name of a gap.

@@ -117,7 +117,7 @@ pub const PATH_VARIABLE: &str = "FSTOP_GLASS_PATH";
 
 /// The largest file taken for a catalogue, in bytes; those of the makers have 300 kB.
 const LARGEST_CATALOGUE: u64 = 8 << 20;
-/// More are no catalogues of one's own.
+/// Most catalogue files: nobody has more of their own.
 const MOST_CATALOGUES: usize = 100;
 
 impl Glasses {

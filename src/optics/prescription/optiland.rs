@@ -45,6 +45,16 @@ pub fn parse(text: &str, glasses: &Glasses) -> Result<Prescription, Prescription
     if let (Some(o), Some(first)) = (vertex(object), between.first().and_then(vertex)) {
         design.light.object_distance = first - o;
     }
+    match medium(&object["material_post"], glasses) {
+        _ if object["material_post"].is_null() => {}
+        Ok(medium) => design.object_medium = medium,
+        Err(message) => design
+            .notes
+            .errors
+            .push(note(0, format!("the object: {message}"))),
+    }
+    let radius = film["geometry"]["radius"].as_f64();
+    design.film_curvature = radius.filter(|r| *r != 0.0).map_or(0.0, f64::recip);
     light(&value, &mut design);
     design.prescription()
 }
@@ -127,9 +137,22 @@ fn surface(
         }
     }
     let between = vertex(next).zip(vertex(entry)).map(|(b, a)| b - a);
-    // What it says exactly, or what follows from the vertices to their last digit.
-    let thickness = entry["thickness"].as_f64().or(between);
+    // Rays are traced by the places of vertices, from which a thickness follows to their last digit; it may be of an earlier state of the lens.
+    let thickness = match (entry["thickness"].as_f64(), between) {
+        (Some(thickness), Some(between))
+            if (thickness - between).abs() > 1e-9 * (1.0 + between.abs()) =>
+        {
+            Some(between)
+        }
+        (thickness, between) => thickness.or(between),
+    };
     surface.thickness = thickness.ok_or("expected a finite thickness")?;
+    let model = entry["interaction_model"]["type"].as_str();
+    if let Some(other) = model.filter(|model| *model != "RefractiveReflectiveModel") {
+        return Err(format!(
+            "an interaction of type {other:.40} cannot be traced"
+        ));
+    }
     if entry["interaction_model"]["is_reflective"].as_bool() == Some(true)
         || entry["is_reflective"].as_bool() == Some(true)
     {

@@ -152,6 +152,11 @@ impl<'a> Reader<'a> {
                 asphere_term(surface, power, value(words, 0, "a coefficient")?)?;
             }
             "GLA" | "GLF" => self.glass(words)?,
+            "APN" if words.first().is_some_and(|count| *count != "0") => {
+                return Err(format!(
+                    "surface {row}: special apertures (APN) cannot be traced"
+                ));
+            }
             "PK" => {
                 return Err(format!(
                     "surface {row}: pickups cannot be read; let OSLO write numbers"
@@ -213,9 +218,12 @@ impl<'a> Reader<'a> {
             }
         }
         self.design.wavelength = self.wavelengths.first().map(|w| (1, *w));
-        self.surfaces.pop();
+        let film = self.surfaces.pop();
+        self.design.film_curvature = film.map_or(0.0, |film| film.curvature);
         if !self.surfaces.is_empty() {
-            let distance = self.surfaces.remove(0).thickness;
+            let object = self.surfaces.remove(0);
+            let distance = object.thickness;
+            self.design.object_medium = object.medium;
             let far = distance.abs() >= FAR;
             self.design.light.object_distance = if far { f64::INFINITY } else { distance };
         }

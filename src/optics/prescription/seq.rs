@@ -1,7 +1,8 @@
 //! CODE V's sequential files (`.seq`).
 //!
 //! Commands of up to three letters and values, several in a line behind `;`, a line continuing behind `&`; `!` starts a
-//! comment. `SO`, `S` and `SI` begin object, surfaces and film: radius (`RDM`) or curvature (without it, or `RDM N`), thickness, glass. Read are the
+//! comment. `SO`, `S` and `SI` begin object, surfaces and film: radius (`RDM`) or curvature (without it, or `RDM N`), thickness, glass, also as commands of their own
+//! (`RDY`, `CUY`, `THI`, `GLA`). Read are the
 //! units (`DIM M`, `C`, `I`), the beam (`EPD`, `FNO`, `NA`, `NAO`), fields (`XAN`/`YAN`, `XOB`/`YOB`, `XIM`/`YIM`, `XRI`/`YRI`) with vignetting
 //! (`VUY`, `VLY`), wavelengths in nm (`WL`, `REF`), private glasses (`PRV` … `END`), the stop (`STO`), clear apertures (`CIR`), and of
 //! aspheres the conic constant `K` and the coefficients `A` of r⁴ to `G` of r¹⁶; each may name its surface (`STO S5`). Glasses are names
@@ -105,7 +106,7 @@ fn words(command: &str) -> Vec<String> {
 }
 
 /// Commands of a surface that take it off the axis, where a value is not 0.
-const OFF_AXIS: [&str; 5] = ["XDE", "YDE", "ADE", "BDE", "CDE"];
+const OFF_AXIS: [&str; 6] = ["XDE", "YDE", "ZDE", "ADE", "BDE", "CDE"];
 /// Commands of shapes and apertures that cannot be traced, with what they are.
 const UNKNOWN_OPTICS: [(&str, &str); 15] = [
     ("CYL", "a cylinder"),
@@ -126,6 +127,15 @@ const UNKNOWN_OPTICS: [(&str, &str); 15] = [
 ];
 /// The most fields or wavelengths that are read.
 const MAX_NUMBERS: usize = 100;
+
+/// What a command is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Target {
+    Object,
+    /// Between object and film, from 0.
+    Surface(usize),
+    Film,
+}
 
 struct Reader<'a> {
     design: Design,
@@ -195,7 +205,13 @@ impl<'a> Reader<'a> {
             digits.bytes().all(|b| b.is_ascii_digit())
         };
         match keyword {
+            "S0" => self.begin(line, "SO", words)?,
             "SO" | "SI" => self.begin(line, keyword, words)?,
+            "SCA" | "DEL" | "INS" | "COP" | "FLY" => {
+                return Err(format!(
+                    "{keyword} changes the lens that was described before: let CODE V save it as it is then"
+                ));
+            }
             // `S` alone, or the number of a surface, in front of a radius and a thickness.
             name if name == "S" || (numbered(name) && is_number(0)) => {
                 self.begin(line, "S", words)?;
@@ -261,6 +277,10 @@ impl<'a> Reader<'a> {
                     .unwrap_or(f64::INFINITY);
                 self.design.light.object_distance = far;
                 self.started = true;
+                if let Some(name) = words.get(2) {
+                    let medium = self.medium(name);
+                    self.design.object_medium = medium.map_err(|e| format!("the object: {e}"))?;
+                }
                 return Ok(());
             }
             (_, None) => {}
@@ -327,64 +347,69 @@ impl<'a> Reader<'a> {
 
     /// A command of the surface at hand, or of one that it names.
     fn of_surface(&mut self, keyword: &str, words: &[&str]) -> Result<(), String> {
-        let named = words.first().and_then(|w| {
-            let number = w.strip_prefix(['S', 's'])?;
-            number.parse::<usize>().ok()?.checked_sub(1)
-        });
-        let words = if named.is_some() { &words[1..] } else { words };
-        let count = self.design.surfaces.len();
-        let Some(i) = named
-            .or(count.checked_sub(1))
-            .filter(|_| self.film.is_none() || named.is_some())
-        else {
+        let (target, words) = self.target(words);
+        let surface = match target {
+            None => return Ok(()),
+            Some(Target::Object) => return self.of_object(keyword, words),
+            Some(Target::Film) => self.film.as_mut(),
+            Some(Target::Surface(i)) => self.design.surfaces.get_mut(i),
+        };
+        let Some(surface) = surface else {
             return Ok(());
         };
-        let Some(surface) = self.design.surfaces.get_mut(i) else {
-            return Ok(());
-        };
-        let row = surface.row;
-        let first = words
-            .first()
-            .map(|w| w.to_ascii_uppercase())
-            .unwrap_or_default();
         match keyword {
-            "STO" => surface.is_stop = true,
             "THI" => surface.thickness = value(words, 0, "a thickness")?,
-            "K" => surface.asphere.conic = value(words, 0, "a conic constant")?,
-            "CIR" if matches!(first.as_str(), "OBS" | "HOL") => {
-                return Err(format!(
-                    "surface {row}: obscurations and holes cannot be traced"
-                ));
-            }
-            // That of the glass, not of the light.
-            "CIR" if first == "EDG" => {}
-            "CIR" => {
-                let radius = words
-                    .iter()
-                    .position(|w| w.parse::<f64>().is_ok())
-                    .unwrap_or(0);
-                let radius = value(words, radius, "half a clear diameter")?;
-                surface.aperture = Aperture::Radius(radius);
-            }
-            "A" | "B" | "C" | "D" | "E" | "F" | "G" | "H" | "J" => {
-                let letter = "ABCDEFGHJ".find(keyword).unwrap_or(0);
-                let power = self.first_power + 2 * letter;
-                asphere_term(surface, power, value(words, 0, "a coefficient")?)?;
-            }
-            _ if OFF_AXIS.contains(&keyword) => {
-                if value(words, 0, "a tilt or decenter")? != 0.0 {
-                    return Err(format!("surface {row} is tilted or decentered ({keyword})"));
+            "RDY" => surface.set_radius(value(words, 0, "a radius")?),
+            "CUY" => surface.curvature = value(words, 0, "a curvature")?,
+            // Of the film nothing else is known.
+            _ if target == Some(Target::Film) => {}
+            "GLA" => {
+                let row = surface.row;
+                let medium = self.medium(words.first().copied().unwrap_or_default());
+                let medium = medium.map_err(|e| format!("surface {row}: {e}"))?;
+                if let Some(surface) = self.design.surfaces.get_mut(row - 1) {
+                    surface.medium = medium;
                 }
             }
-            _ => {
-                if let Some((_, what)) = UNKNOWN_OPTICS.iter().find(|(k, _)| *k == keyword) {
-                    return Err(format!(
-                        "surface {row}: {what} ({keyword}) cannot be traced"
-                    ));
-                }
-            }
+            _ => return changed(surface, self.first_power, keyword, words),
         }
         Ok(())
+    }
+
+    /// A command of the object.
+    fn of_object(&mut self, keyword: &str, words: &[&str]) -> Result<(), String> {
+        match keyword {
+            "THI" => self.design.light.object_distance = value(words, 0, "a distance")?,
+            "GLA" => {
+                let medium = self.medium(words.first().copied().unwrap_or_default());
+                self.design.object_medium = medium.map_err(|e| format!("the object: {e}"))?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// What a command is of, which it may name first, and its other words; else of what was begun last.
+    fn target<'w, 'b>(&self, words: &'b [&'w str]) -> (Option<Target>, &'b [&'w str]) {
+        let count = self.design.surfaces.len();
+        let name = words.first().map(|word| word.to_ascii_uppercase());
+        let named = match name.as_deref() {
+            Some("SO" | "S0") => Some(Target::Object),
+            Some("SI") => Some(Target::Film),
+            name => name.and_then(|name| {
+                let number = name.strip_prefix('S')?.parse::<usize>().ok()?;
+                Some(Target::Surface(number.checked_sub(1)?))
+            }),
+        };
+        match named {
+            Some(_) => (named, &words[1..]),
+            None if self.film.is_some() => (Some(Target::Film), words),
+            None => {
+                let last = count.checked_sub(1).map(Target::Surface);
+                let object = self.started.then_some(Target::Object);
+                (last.or(object), words)
+            }
+        }
     }
 
     fn finish(mut self) -> Result<Prescription, PrescriptionError> {
@@ -394,6 +419,7 @@ impl<'a> Reader<'a> {
         if let (Some(film), Some(last)) = (&self.film, self.design.surfaces.last_mut()) {
             // What stands there is the defocus.
             last.thickness += film.thickness;
+            self.design.film_curvature = film.curvature;
         }
         let reference = self.reference.unwrap_or(self.wavelengths.len().div_ceil(2));
         let wavelength = self.wavelengths.get(reference.saturating_sub(1));
@@ -424,4 +450,55 @@ impl<'a> Reader<'a> {
         }
         self.design.prescription()
     }
+}
+
+/// A command that changes a surface; `A` is the coefficient of r to the power `first_power`.
+fn changed(
+    surface: &mut DesignSurface,
+    first_power: usize,
+    keyword: &str,
+    words: &[&str],
+) -> Result<(), String> {
+    let row = surface.row;
+    let first = words
+        .first()
+        .map(|w| w.to_ascii_uppercase())
+        .unwrap_or_default();
+    match keyword {
+        "STO" => surface.is_stop = true,
+        "K" => surface.asphere.conic = value(words, 0, "a conic constant")?,
+        "CIR" if matches!(first.as_str(), "OBS" | "HOL") => {
+            return Err(format!(
+                "surface {row}: obscurations and holes cannot be traced"
+            ));
+        }
+        // That of the glass, not of the light.
+        "CIR" if first == "EDG" => {}
+        "CIR" => {
+            let radius = words
+                .iter()
+                .position(|w| w.parse::<f64>().is_ok())
+                .unwrap_or(0);
+            let radius = value(words, radius, "half a clear diameter")?;
+            surface.aperture = Aperture::Radius(radius);
+        }
+        "A" | "B" | "C" | "D" | "E" | "F" | "G" | "H" | "J" => {
+            let letter = "ABCDEFGHJ".find(keyword).unwrap_or(0);
+            let power = first_power + 2 * letter;
+            asphere_term(surface, power, value(words, 0, "a coefficient")?)?;
+        }
+        _ if OFF_AXIS.contains(&keyword) => {
+            if value(words, 0, "a tilt or decenter")? != 0.0 {
+                return Err(format!("surface {row} is tilted or decentered ({keyword})"));
+            }
+        }
+        _ => {
+            if let Some((_, what)) = UNKNOWN_OPTICS.iter().find(|(k, _)| *k == keyword) {
+                return Err(format!(
+                    "surface {row}: {what} ({keyword}) cannot be traced"
+                ));
+            }
+        }
+    }
+    Ok(())
 }

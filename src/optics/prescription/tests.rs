@@ -100,6 +100,11 @@ fn errors_name_row_line_and_column() {
         ("50 5 1.5 0\n", "expected a positive length"),
         ("50 5 1.5 -60 20\n", "Abbe number of -60"),
         ("TYPE EVENASPH 1 2\n", "the radius in mm, found TYPE"),
+        ("50 5 1.5 20 k=-1 k=-2\n", "k is given twice"),
+        // Not radius, thickness, index 1, V 5168, aperture.
+        ("50 5 1,5168 20\n", "found 1,5168"),
+        ("50,5;5;1,5168;20\n", "found 50,5"),
+        ("50, 5, 1,5\n", "found 50,"),
     ];
     for (text, expected) in wrong {
         let notes = errors(text);
@@ -113,6 +118,39 @@ fn errors_name_row_line_and_column() {
         Prescription::parse("# nothing\n"),
         Err(PrescriptionError::Empty)
     ));
+}
+
+#[test]
+fn commas_separate_columns_too() {
+    let blanks = Prescription::parse("50 5 1.5 20\n-50 40 1 20\n").unwrap();
+    for text in [
+        "50,5,1.5,20\n-50,40,1,20\n",
+        "50; 5; 1.5; 20\n-50;40;1;20\n",
+    ] {
+        assert_eq!(Prescription::parse(text).unwrap(), blanks, "{text}");
+    }
+}
+
+/// One lens with dispersion and without, or a warning.
+#[test]
+fn a_dispersion_formula_and_its_column_are_of_one_glass() {
+    // 1.5116 at the d line.
+    let lens = |index: &str| {
+        let text = format!("50 5 {index} 20 cauchy=1.5,0.004,0\n-50 40 1 20\n");
+        let lens = Prescription::parse(&text).unwrap();
+        let said = lens.warnings.first().map(ToString::to_string);
+        (lens.surfaces[0].index, said.unwrap_or_default())
+    };
+    assert_eq!(lens("1.512"), (1.512, String::new()));
+    let (index, said) = lens("1.7");
+    assert!(index == 1.7 && said.contains("the column counts"), "{said}");
+    let (index, said) = lens("1");
+    assert!(
+        (index - 1.5116).abs() < 1e-4 && said.contains("the formula counts"),
+        "{said}"
+    );
+    let (index, said) = lens("0");
+    assert!((index - 1.5116).abs() < 1e-4 && said.is_empty(), "{said}");
 }
 
 #[test]

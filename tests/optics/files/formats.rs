@@ -84,6 +84,33 @@ fn a_code_v_file_is_read() {
         .unwrap(),
         "private",
     );
+    // Radius, curvature and glass as commands of their own, of the surface at hand or of one by its number.
+    let alone = CODE_V
+        .replace(
+            "S     61.47 6.0 NBK7_SCHOTT",
+            "S 0 6.0\n RDY 61.47; GLA NBK7_SCHOTT",
+        )
+        .replace(
+            "S     -43.47 2.5 672700.322",
+            "S 0 2.5\n CUY -0.02300437082700713",
+        )
+        .replace("GO ", "GLA S3 672700.322\nGO ");
+    doublet(&read(&alone).unwrap(), "commands");
+    // Of object and film, too.
+    let ends = CODE_V
+        .replace("SO    0.0 0.1e11\n", "SO\n THI 0.1e11\n")
+        .replace("SI    0.0 0.1", "SI\n THI 0.1");
+    doublet(&read(&ends).unwrap(), "ends");
+    let curved_film = read(&CODE_V.replace("SI    0.0 0.1", "SI 0.0 0.1\nRDY SI -30")).unwrap();
+    let text = "radius of -30.0000 mm: it is flat here";
+    assert!(
+        curved_film
+            .warnings
+            .iter()
+            .any(|w| w.message.contains(text)),
+        "{:?}",
+        curved_film.warnings
+    );
     let inches = read(&CODE_V.replace("DIM   M", "DIM I")).unwrap();
     assert!((inches.surfaces[1].radius - 61.47 * 25.4).abs() < 1e-9);
     for (from, to, expected) in [
@@ -102,6 +129,10 @@ fn a_code_v_file_is_read() {
         ("  CCY 0", "  J 1e-20", "term of r^20"),
         ("CIR 12.0", "CIR OBS 2.0", "surface 2: obscurations"),
         ("61.47 6.0", "x 6.0", "expected a radius"),
+        ("  CCY 0", "  ZDE 2", "surface 3 is tilted or decentered"),
+        ("GO ", "SCA 2\nGO ", "SCA changes the lens"),
+        ("GO ", "GLA SO 333000.550\nGO ", "the object lies in"),
+        ("0.0 0.1e11", "0.0 0.1e11 333000.550", "the object lies in"),
         ("DIM   M", "DIM F", "unit F"),
     ] {
         let error = messages(read(&CODE_V.replacen(from, to, 1)).unwrap_err());
@@ -136,6 +167,8 @@ fn an_oslo_file_is_read() {
         ("TCE  236.0", "TLA 3.0", "surface 3 is tilted"),
         ("TCE  236.0", "PK CV 1", "surface 3: pickups"),
         ("TCE  236.0", "PFL 100", "surface 3: an ideal lens"),
+        ("TCE  236.0", "APN 1", "surface 3: special apertures"),
+        ("// SRF 0\nAIR", "GLA N-BK7", "the object lies in N-BK7"),
         ("GLA N-BK7", "GLA NONE", "surface 2: unknown glass NONE"),
         ("RD   61.47", "RD x", "expected a radius"),
     ] {

@@ -104,3 +104,37 @@ fn four_formats_say_the_same_lens() {
     assert_eq!(native.surfaces[0].asphere, zemax.surfaces[0].asphere);
     assert_eq!(native.surfaces[0].glass, zemax.surfaces[0].glass);
 }
+
+/// A lens whose vertices were placed by hand, or that was solved for, has thicknesses of another state.
+#[test]
+fn vertices_say_how_thick_a_lens_is() {
+    let glasses = Glasses::COMMON.with(agf::parse(CATALOGUE));
+    let text = include_str!("lenses/optiland.json");
+    let lens = optiland::parse(text, &glasses).unwrap();
+    let mut value: serde_json::Value = serde_json::from_str(
+        &text
+            .replace("-Infinity", "null")
+            .replace("Infinity", "null"),
+    )
+    .unwrap();
+    for surface in value["surface_group"]["surfaces"].as_array_mut().unwrap() {
+        surface["thickness"] = 0.0.into();
+    }
+    let placed = optiland::parse(&value.to_string(), &glasses).unwrap();
+    for (a, b) in lens.surfaces.iter().zip(&placed.surfaces) {
+        assert!(
+            (a.thickness - b.thickness).abs() < 1e-9,
+            "{} {}",
+            a.thickness,
+            b.thickness
+        );
+    }
+    assert!((lens.film_distance - placed.film_distance).abs() < 1e-9);
+    let first = &mut value["surface_group"]["surfaces"][1];
+    first["interaction_model"]["type"] = "ThinLensInteractionModel".into();
+    let error = optiland::parse(&value.to_string(), &glasses).unwrap_err();
+    assert!(
+        error.to_string().contains("ThinLensInteractionModel"),
+        "{error}"
+    );
+}

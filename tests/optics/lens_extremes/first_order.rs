@@ -168,6 +168,8 @@ fn check_focus(prescription: &Prescription, distance: f64) -> Result<Option<f64>
         Err(FocusError::InsideLens { inside, .. }) => (inside >= 0.0 && inside.is_finite())
             .then_some(None)
             .ok_or_else(|| format!("{inside} inside")),
+        // Of tilted films alone.
+        Err(error @ FocusError::Unsettled { .. }) => Err(error.to_string()),
     }
 }
 

@@ -21,6 +21,8 @@ pub(in super::super) enum Beam {
     EntrancePupil(f64),
     /// Focal length over entrance pupil.
     FNumber(f64),
+    /// 1/(2 tan u') of the paraxial marginal ray at the film, at the object's distance.
+    WorkingFNumber(f64),
     /// Sine of the angle of the marginal ray with the axis at the object.
     ObjectAperture(f64),
 }
@@ -94,13 +96,7 @@ impl Light {
     /// the others do not block.
     pub(super) fn clear_radii(&self, surfaces: &[Surface]) -> Lit {
         let open: Vec<Surface> = surfaces.iter().map(unbounded).collect();
-        let stop = surfaces.iter().position(|s| s.is_stop);
-        let rays = Rays {
-            tracer: LensTracer::new(&open),
-            stop: stop.unwrap_or(0),
-            surfaces: &open,
-            object: self.object(),
-        };
+        let rays = self.rays(surfaces, &open);
         let mut lit = Lit {
             radii: vec![0.0; surfaces.len()],
             remark: String::new(),
@@ -139,6 +135,25 @@ impl Light {
         lit
     }
 
+    /// The radius of the stop that the file's beam fills, mm; `None` where the file does not say how wide that is.
+    pub(super) fn stop_radius(&self, surfaces: &[Surface]) -> Option<f64> {
+        let open: Vec<Surface> = surfaces.iter().map(unbounded).collect();
+        let rays = self.rays(surfaces, &open);
+        let height = self.axial_height(&rays)?.get(rays.stop).copied()?;
+        Some(height.abs()).filter(|radius| *radius > 0.0 && radius.is_finite())
+    }
+
+    /// Rays through `surfaces`, which are `open` to them.
+    fn rays<'a>(&self, surfaces: &[Surface], open: &'a [Surface]) -> Rays<'a> {
+        let stop = surfaces.iter().position(|s| s.is_stop);
+        Rays {
+            tracer: LensTracer::new(open),
+            stop: stop.unwrap_or(0),
+            surfaces: open,
+            object: self.object(),
+        }
+    }
+
     /// Distance of the object, unless fields are angles.
     fn object(&self) -> Option<f64> {
         Some(self.object_distance).filter(|d| d.abs() < FAR)
@@ -155,6 +170,19 @@ impl Light {
             Beam::Stop => return None,
             Beam::EntrancePupil(diameter) => 0.5 * diameter,
             Beam::FNumber(f) => 0.5 * paraxial.cardinals?.focal_length.abs() / f,
+            Beam::WorkingFNumber(f) => {
+                let cardinals = paraxial.cardinals?;
+                let focal_length = cardinals.focal_length;
+                match self.object() {
+                    None => 0.5 * focal_length.abs() / f,
+                    Some(distance) => {
+                        // The magnification, by which tangents on both sides differ.
+                        let s = distance + cardinals.front_principal_plane;
+                        let m = (focal_length / (s - focal_length)).abs();
+                        0.5 / f * m * (distance + pupil_z)
+                    }
+                }
+            }
             Beam::ObjectAperture(sine) => {
                 let slope = sine / (1.0 - sine * sine).max(0.0).sqrt();
                 slope * (self.object()? + pupil_z)

@@ -204,6 +204,10 @@ pub(super) struct Design {
     pub wavelength: Option<(usize, f64)>,
     /// In units of the file.
     pub light: Light,
+    /// In front of the first surface.
+    pub object_medium: Medium,
+    /// Of the film.
+    pub film_curvature: f64,
     /// Positions of groups, in mm, the surfaces counted from 0 as they are here.
     pub gaps: Option<PositionTable>,
     pub notes: Notes,
@@ -218,6 +222,7 @@ impl Design {
             return Err(PrescriptionError::Rows(vec![note]));
         }
         let wavelength = self.primary_wavelength();
+        self.check_ends();
         let mut surfaces: Vec<Surface> = Vec::new();
         // Those of the file that they are.
         let mut rows = Vec::new();
@@ -252,6 +257,30 @@ impl Design {
             self.place_gaps(&rows, &spaces);
         }
         self.notes.prescription(surfaces)
+    }
+
+    /// What object and film must be: in air, and flat.
+    fn check_ends(&mut self) {
+        let note = |message: String| RowNote {
+            line: self.surfaces.first().map_or(1, |first| first.line),
+            column: 1,
+            row: 0,
+            message,
+        };
+        let Medium { name, glass } = &self.object_medium;
+        if glass.index != 1.0 {
+            let name = if name.is_empty() { "a medium" } else { name };
+            self.notes.errors.push(note(format!(
+                "the object lies in {name} of index {:.4}: lenses are traced with air in front of them",
+                glass.index
+            )));
+        }
+        if self.film_curvature != 0.0 {
+            self.notes.warnings.push(note(format!(
+                "the file's film is curved, with a radius of {:.4} mm: it is flat here",
+                self.unit / self.film_curvature
+            )));
+        }
     }
 
     /// Hands on the positions of groups, of the surfaces that are left; `spaces` are owner and thickness of all.
@@ -335,13 +364,30 @@ impl Design {
         }
     }
 
+    /// Says where the stop's own diameter and the file's aperture are of different f-numbers.
+    fn warn_of_stop(&mut self, light: &Light, surfaces: &[Surface], rows: &[DesignSurface]) {
+        /// Over the beam's: files round diameters.
+        const ALIKE: f64 = 0.05;
+        let stop = surfaces.iter().position(|s| s.is_stop);
+        let known = stop.filter(|i| surfaces[*i].aperture.is_finite());
+        let beam = known.and_then(|i| Some((i, 2.0 * light.stop_radius(surfaces)?)));
+        let Some((i, beam)) = beam else { return };
+        let own = surfaces[i].aperture;
+        if (own - beam).abs() > ALIKE * beam {
+            self.notes.warnings.push(rows[i].note(format!(
+                "the file's aperture fills {beam:.4} mm of the stop, whose own diameter is {own:.4} mm: that counts (for the other give the aperture diameter)"
+            )));
+        }
+    }
+
     /// Gives the surfaces without a clear diameter that of the rays of the design.
     fn open_diameters(&mut self, surfaces: &mut [Surface], rows: &[DesignSurface]) {
         let open: Vec<usize> = (0..surfaces.len())
             .filter(|i| surfaces[*i].aperture.is_infinite())
             .collect();
-        let Some(first) = open.first() else { return };
         let light = std::mem::take(&mut self.light).scaled(self.unit);
+        self.warn_of_stop(&light, surfaces, rows);
+        let Some(first) = open.first() else { return };
         let lit = light.clear_radii(surfaces);
         for i in &open {
             let radius = lit.radii.get(*i).copied().unwrap_or(0.0);

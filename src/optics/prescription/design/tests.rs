@@ -36,6 +36,18 @@ fn the_axial_beam_says_how_wide_stop_and_lens_are() {
 }
 
 #[test]
+fn a_stop_of_another_f_number_than_the_files_is_told() {
+    for (diameter, is_told) in [("0.8", false), ("1.6", true)] {
+        let p = lens(
+            "ENPD 2",
+            &THIN.replace("STOP\n", &format!("STOP\n DIAM {diameter} 1\n")),
+        );
+        let told = |w: &RowNote| w.message.contains("whose own diameter is");
+        assert_eq!(p.warnings.iter().any(told), is_told, "{:?}", p.warnings);
+    }
+}
+
+#[test]
 fn a_stop_wider_than_any_ray_is_filled_as_far_as_rays_go() {
     // Two spheres of radius 20 mm, 5 mm apart, meet 9.7 mm from the axis; the stop behind them asks for some 15 mm there.
     let surfaces = "SURF 1\n CURV 0.05\n DISZ 5\n GLAS ___BLANK 1 0 1.5 60\nSURF 2\n CURV -0.05\n DISZ 10\n\

@@ -36,6 +36,11 @@ fn numbers(words: &[&str]) -> Vec<f64> {
     numbers.filter(|x| x.is_finite()).take(99).collect()
 }
 
+/// Returns `true` if the second word is 1.
+fn is_flagged(words: &[&str]) -> bool {
+    words.get(1).is_some_and(|flag| *flag == "1")
+}
+
 impl Head {
     /// Returns `true` if a line with this keyword may come after surfaces, too.
     pub(super) fn says_units(keyword: &str) -> bool {
@@ -65,8 +70,21 @@ impl Head {
             }
             "WAVM" | "WAVL" | "PWAV" => self.wavelength(line, keyword, words)?,
             "ENPD" => self.beam = Beam::EntrancePupil(value(words, 0, "a diameter")?),
-            "FNUM" => self.beam = Beam::FNumber(value(words, 0, "an f-number")?),
-            "OBNA" => self.beam = Beam::ObjectAperture(value(words, 0, "an aperture")?),
+            "FNUM" => {
+                let f = value(words, 0, "an f-number")?;
+                self.beam = match is_flagged(words) {
+                    true => Beam::WorkingFNumber(f),
+                    false => Beam::FNumber(f),
+                };
+            }
+            // Or half the angle of the cone, in degrees.
+            "OBNA" => {
+                let aperture = value(words, 0, "an aperture")?;
+                self.beam = Beam::ObjectAperture(match is_flagged(words) {
+                    true => aperture.to_radians().sin(),
+                    false => aperture,
+                });
+            }
             "FLOA" => self.beam = Beam::Stop,
             "FTYP" => self.field_type(words),
             "XFLN" | "XFLD" => self.x = numbers(words),

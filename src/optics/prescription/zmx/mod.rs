@@ -36,7 +36,7 @@ use self::block::Block;
 use self::configurations::Configurations;
 use self::head::Head;
 use super::cells::lines;
-use super::design::Design;
+use super::design::{Design, Medium};
 use super::glass::Glasses;
 use super::{Notes, Prescription, PrescriptionError, RowNote};
 
@@ -118,7 +118,8 @@ impl Reader {
             return Err(PrescriptionError::Empty);
         }
         // The last one is the film.
-        self.blocks.pop();
+        let film = self.blocks.pop();
+        let film_curvature = film.map_or(0.0, |film| film.surface.curvature);
         let unit = self.head.unit();
         let (gaps, remark) = self.configurations.positions(&self.blocks, unit);
         let first = self.blocks.get(1).map(|block| &block.surface);
@@ -133,14 +134,19 @@ impl Reader {
             surfaces.push(surface);
         }
         let mut light = self.head.light();
+        let mut object_medium = Medium::default();
         if !surfaces.is_empty() {
-            light.object_distance = surfaces.remove(0).thickness;
+            let object = surfaces.remove(0);
+            light.object_distance = object.thickness;
+            object_medium = object.medium;
         }
         let design = Design {
             surfaces,
             unit,
             wavelength: self.head.primary_wavelength(),
             light,
+            object_medium,
+            film_curvature,
             notes: self.notes,
             gaps,
         };

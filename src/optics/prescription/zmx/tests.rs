@@ -387,3 +387,40 @@ fn types_that_are_centered_and_even_are_read() {
             .contains("tilts or decenters")
     );
 }
+
+/// Half the angle of the cone from the object, and the f-number at the film: by hand, for a thin lens of f = 50 mm.
+#[test]
+fn flagged_apertures_are_angles_and_working_f_numbers() {
+    let thin = |head: &str| {
+        let text = format!(
+            "MODE SEQ\nUNIT MM\n{head}\nSURF 0\n DISZ 100\nSURF 1\n STOP\n CURV 0.02\n DISZ 1e-9\n GLAS ___BLANK 1 0 1.5 60\n\
+             SURF 2\n CURV -0.02\n DISZ 100\nSURF 3\n DISZ 0\n"
+        );
+        0.5 * parse(&text).unwrap().surfaces[0].aperture
+    };
+    // 2f − 2f: the working f-number is twice the other. Sag and aberration are some (h/f)² = 2 % and less of the small ones.
+    for (head, expected) in [
+        ("FNUM 8 0", 25.0 / 8.0),
+        ("FNUM 8 1", 50.0 / 8.0),
+        ("OBNA 0.02 0", 2.0),
+        ("OBNA 2 1", 100.0 * 2f64.to_radians().tan()),
+    ] {
+        let radius = thin(head);
+        assert!(
+            (radius / expected - 1.0).abs() < 0.02,
+            "{head}: {radius} {expected}"
+        );
+    }
+}
+
+#[test]
+fn an_object_in_glass_is_refused() {
+    let notes = errors(&TRIPLET.replacen("SURF 0\r", "SURF 0\r\n  GLAS WATER 0 0 1.333 55\r", 1));
+    assert!(
+        notes[0]
+            .message
+            .contains("the object lies in WATER of index 1.3330"),
+        "{}",
+        notes[0]
+    );
+}
