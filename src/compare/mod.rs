@@ -113,9 +113,15 @@ impl Comparison {
             .max_by(|x, y| x.relative.total_cmp(&y.relative))
     }
 
-    /// Returns `true` if no pixel has finite values in both images: nothing was compared.
+    /// Returns `true` if no pixel has finite values in both images, or too many have variances that none can be: what was compared says nothing.
     pub fn is_empty(&self) -> bool {
-        self.non_finite.left_out > 0 && self.non_finite.left_out == self.non_finite.pixels
+        let NonFinite {
+            left_out,
+            pixels,
+            impossible_variances: [a, b],
+            ..
+        } = self.non_finite;
+        left_out > 0 && left_out == pixels || 100 * a.max(b) > pixels
     }
 }
 
@@ -135,7 +141,7 @@ pub enum Answer {
 /// ```
 /// use fstop::compare::{Estimate, Options, compare};
 /// use fstop::film::Image;
-/// use fstop::math::{Rgb, UVec2};
+/// use fstop::glam::{UVec2, Vec3 as Rgb};
 ///
 /// let mut a = Image::black(UVec2::new(16, 16));
 /// a.variance = Some(vec![Rgb::splat(1e-4); 256]);
@@ -300,13 +306,22 @@ impl<'a> Pair<'a> {
         sides.filter(|&side| side > 0 && testable(side)).collect()
     }
 
-    fn verdict(&self) -> Verdict {
+    /// The blocks' sides, `None` for the whole image, and the false-alarm rate of each question about blocks of one side.
+    fn levels(&self) -> (Vec<Option<u32>>, f64) {
         let Options {
             alpha, correction, ..
         } = *self.options;
         let sides: Vec<Option<u32>> = self.sides().into_iter().map(Some).chain([None]).collect();
         let questions = if self.noise.is_spatial() { 2 } else { 1 };
         let share = correction.share(alpha, questions * sides.len());
+        (sides, share)
+    }
+
+    fn verdict(&self) -> Verdict {
+        let Options {
+            alpha, correction, ..
+        } = *self.options;
+        let (sides, share) = self.levels();
         let ask = |side| -> Vec<Level> {
             if self.noise.is_spatial() {
                 let mean = self.level(&MeanScatter(self.scatter()), side, share);
@@ -328,12 +343,8 @@ impl<'a> Pair<'a> {
         if self.noise == NoiseSource::None {
             return Vec::new();
         }
-        let Options {
-            alpha, correction, ..
-        } = *self.options;
-        let sides: Vec<Option<u32>> = self.sides().into_iter().map(Some).chain([None]).collect();
-        let questions = if self.noise.is_spatial() { 2 } else { 1 };
-        let share = correction.share(alpha, questions * sides.len());
+        let correction = self.options.correction;
+        let (sides, share) = self.levels();
         let bounds = self.bounds();
         let pixels = self.b.image.pixels.iter();
         let light: f64 = pixels.map(|p| p.as_dvec3().element_sum()).sum();

@@ -1,4 +1,4 @@
-//! Infinite and NaN values: counted, located, and excluded from everything else.
+//! Infinite and NaN values, and variances that none can be: counted, located, and excluded from everything else.
 
 use super::Side;
 use crate::film::Image;
@@ -13,6 +13,8 @@ pub struct NonFinite {
     pub first: [Option<UVec2>; 2],
     /// Pixels that are finite in one image only: the images certainly differ there.
     pub unmatched: usize,
+    /// Pixels of finite values whose variance is NaN or negative, in A and in B.
+    pub impossible_variances: [usize; 2],
     /// Pixels excluded from all tests and metrics: those of either image.
     pub left_out: usize,
     /// All pixels of one image.
@@ -34,10 +36,17 @@ impl NonFinite {
         let pairs = a.pixels.iter().zip(&b.pixels);
         for (index, (p, q)) in pairs.enumerate() {
             let broken = [!p.is_finite(), !q.is_finite()];
-            if broken == [false, false] {
+            let impossible = [
+                has_impossible_variance(a, index),
+                has_impossible_variance(b, index),
+            ];
+            if [broken, impossible] == [[false; 2]; 2] {
                 continue;
             }
             found.left_out += 1;
+            for i in (0..2).filter(|&i| impossible[i] && !broken[i]) {
+                found.impossible_variances[i] += 1;
+            }
             found.unmatched += usize::from(broken[0] != broken[1]);
             for i in (0..2).filter(|&i| broken[i]) {
                 found.counts[i] += 1;
@@ -55,29 +64,28 @@ fn place(image: &Image, index: usize) -> UVec2 {
     image.bounds.min + UVec2::new(index % width, index / width)
 }
 
-/// Both images with black, noiseless pixels where either has a non-finite value, and unknown (infinite) variances where
-/// these are NaN or negative. `None` for an image that needs no change.
+/// Returns `true` if a variance of the pixel is NaN or negative.
+fn has_impossible_variance(image: &Image, index: usize) -> bool {
+    let both = [image.variance.as_ref(), image.independent.as_ref()];
+    let mut of_pixel = both.into_iter().flatten().filter_map(|v| v.get(index));
+    of_pixel.any(|v| v.is_nan() || v.min_element() < 0.0)
+}
+
+/// Both images with black, noiseless pixels where either has a non-finite value or an impossible variance. `None` for an image that needs no change.
 pub(crate) fn clean(a: &Image, b: &Image) -> (Option<Image>, Option<Image>, NonFinite) {
     let found = NonFinite::find(a, b);
-    let impossible = |v: &Rgb| v.is_nan() || v.min_element() < 0.0;
-    let bad_variance = |image: &Image| {
-        let both = [image.variance.as_ref(), image.independent.as_ref()];
-        both.into_iter().flatten().flatten().any(impossible)
+    let is_sound = |i: usize| {
+        let finite = [a, b].map(|image| image.pixels.get(i).is_none_or(|p| p.is_finite()));
+        finite == [true; 2] && ![a, b].iter().any(|image| has_impossible_variance(image, i))
     };
     let cleaned = |image: &Image| {
-        (found.left_out > 0 || bad_variance(image)).then(|| {
+        (found.left_out > 0).then(|| {
             let mut image = image.clone();
-            let both = [image.variance.as_mut(), image.independent.as_mut()];
-            for v in both.into_iter().flatten().flatten() {
-                *v = v.map(|v| if v >= 0.0 { v } else { f32::INFINITY });
-            }
-            for i in 0..image.pixels.len().min(a.pixels.len()).min(b.pixels.len()) {
-                if !(a.pixels[i].is_finite() && b.pixels[i].is_finite()) {
-                    image.pixels[i] = Rgb::ZERO;
-                    let both = [image.variance.as_mut(), image.independent.as_mut()];
-                    let of_pixel = both.into_iter().flatten().filter_map(|v| v.get_mut(i));
-                    of_pixel.for_each(|v| *v = Rgb::ZERO);
-                }
+            for i in (0..image.pixels.len()).filter(|&i| !is_sound(i)) {
+                image.pixels[i] = Rgb::ZERO;
+                let both = [image.variance.as_mut(), image.independent.as_mut()];
+                let of_pixel = both.into_iter().flatten().filter_map(|v| v.get_mut(i));
+                of_pixel.for_each(|v| *v = Rgb::ZERO);
             }
             image
         })
@@ -102,14 +110,15 @@ mod tests {
         let (clean_a, clean_b, found) = clean(&a, &b);
         assert_eq!(found.of(Side::A), Some((2, UVec2::new(1, 1))));
         assert_eq!(found.of(Side::B), Some((1, UVec2::new(2, 1))));
-        assert_eq!((found.unmatched, found.left_out), (1, 2));
+        assert_eq!((found.unmatched, found.left_out), (1, 3));
+        assert_eq!(found.impossible_variances, [0, 1]);
         for image in [clean_a.unwrap(), clean_b.clone().unwrap()] {
             assert_eq!(image.pixels[5..7], [Rgb::ZERO; 2]);
             assert_eq!(image.variance.unwrap()[5..7], [Rgb::ZERO; 2]);
             assert_eq!(image.pixels[4], Rgb::ONE);
+            assert_eq!(image.pixels[0], Rgb::ZERO);
         }
-        let unknown = clean_b.unwrap().variance.unwrap()[0];
-        assert_eq!(unknown, Rgb::new(f32::INFINITY, f32::INFINITY, 2.0));
+        assert_eq!(clean_b.unwrap().variance.unwrap()[0], Rgb::ZERO);
     }
 
     #[test]

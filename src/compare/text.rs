@@ -12,11 +12,15 @@ impl Comparison {
     /// The verdict in one sentence.
     pub fn sentence(&self) -> String {
         if self.non_finite.unmatched > 0 {
-            return format!("The images differ: {}.", self.broken());
+            return format!("The images differ: {}.", self.broken_values().join(" and "));
         }
         let (p, alpha) = (self.verdict.p(), self.verdict.alpha);
         if self.is_empty() {
-            return "It cannot be told whether the images agree: no pixel has finite values in both.".to_owned();
+            let why = match self.non_finite.impossible_variances {
+                [0, 0] => "no pixel has finite values in both",
+                _ => "too many variances are negative or not a number",
+            };
+            return format!("It cannot be told whether the images agree: {why}.");
         }
         if let Some(doubt) = self.doubt().filter(|_| self.agrees()) {
             return format!(
@@ -55,6 +59,9 @@ impl Comparison {
 
     /// What would have been found, in one sentence; `None` if there is no noise.
     pub fn warranty(&self) -> Option<String> {
+        if self.is_empty() {
+            return None;
+        }
         let (blocks, whole): (Vec<&Findable>, Vec<&Findable>) =
             self.findable.iter().partition(|found| found.side.is_some());
         let parts: Vec<String> = { whole.into_iter().chain(blocks) }.map(found).collect();
@@ -74,8 +81,8 @@ impl Comparison {
         cautions.extend(self.light_paths.map(caution_of_light_paths));
         if self.non_finite.left_out > 0 {
             cautions.push(format!(
-                "{}; pixels without a finite value in either are left out of everything else.",
-                capitalised(&self.broken())
+                "{}; these pixels are left out of everything else.",
+                capitalised(&self.left_out())
             ));
         }
         cautions.extend(self.caution_of_neighbors());
@@ -153,8 +160,8 @@ impl Comparison {
         )))
     }
 
-    /// Describes the infinite and NaN values.
-    fn broken(&self) -> String {
+    /// Describes the infinite and NaN values, for each image that has any.
+    fn broken_values(&self) -> Vec<String> {
         let of = |image: Side| {
             let (count, first) = self.non_finite.of(image)?;
             let pixels = if count == 1 { "pixel" } else { "pixels" };
@@ -163,8 +170,21 @@ impl Comparison {
                 first.x, first.y
             ))
         };
-        let found: Vec<String> = [Side::A, Side::B].into_iter().filter_map(of).collect();
-        found.join(" and ")
+        [Side::A, Side::B].into_iter().filter_map(of).collect()
+    }
+
+    /// Describes all that is left out.
+    fn left_out(&self) -> String {
+        let of = |image: Side| {
+            let count = self.non_finite.impossible_variances[image as usize];
+            let pixels = if count == 1 { "pixel" } else { "pixels" };
+            (count > 0).then(|| {
+                format!("{image} has {count} {pixels} whose variance is negative or not a number")
+            })
+        };
+        let of_variances = [Side::A, Side::B].into_iter().filter_map(of);
+        let all = self.broken_values().into_iter().chain(of_variances);
+        all.collect::<Vec<_>>().join(" and ")
     }
 }
 

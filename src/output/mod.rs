@@ -4,7 +4,10 @@
 //! behind however the program ends; elsewhere, and on file systems that do not support that, it is written under a
 //! temporary name in the same folder and renamed.
 
+mod hold;
 mod temporary;
+
+pub use hold::{InUse, hold};
 
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;
@@ -107,7 +110,7 @@ pub fn check_apart(
 ) -> Result<(), OutputError> {
     let place = |path: &Path| match Target::of(path) {
         Ok(Target::Stream) => None,
-        Ok(Target::File(target)) => std::path::absolute(target).ok(),
+        Ok(Target::File(target)) => resolved(&target),
         // Not writable, which is told elsewhere, or read-only.
         Err(_) => path.canonicalize().ok(),
     };
@@ -127,6 +130,41 @@ pub fn check_apart(
         before.push(target);
     }
     Ok(())
+}
+
+/// The place of a file that may not exist yet, however its folder is spelled.
+pub fn resolved(path: &Path) -> Option<PathBuf> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let absolute = || std::path::absolute(folder);
+    let folder = folder.canonicalize().or_else(|_| absolute()).ok()?;
+    Some(folder.join(path.file_name()?))
+}
+
+/// A place as it is without links and `..`, as far as it exists.
+pub fn settled(path: &Path) -> PathBuf {
+    let mut there = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut missing = Vec::new();
+    loop {
+        if let Ok(found) = there.canonicalize() {
+            return missing
+                .iter()
+                .rev()
+                .fold(found, |path, name| path.join(name));
+        }
+        let name = there.file_name().map(ToOwned::to_owned);
+        let Some(name) = name.filter(|_| there.pop()) else {
+            return path.to_owned();
+        };
+        missing.push(name);
+    }
+}
+
+/// Returns `true` if two names, which may be of files that do not exist yet, mean one file.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    a == b || (resolved(a).is_some() && resolved(a) == resolved(b))
 }
 
 /// The place of a file that is read, which is not opened for that.

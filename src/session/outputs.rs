@@ -2,7 +2,7 @@
 
 use super::check_place;
 use crate::film;
-use crate::output::{OutputError, check_apart, check_room, numbered};
+use crate::output::{OutputError, check_apart, check_room, numbered, same_file};
 use crate::scene::Frame;
 use crate::syntax::{Diagnostic, Diagnostics, SourceMap};
 use std::path::{Path, PathBuf};
@@ -182,14 +182,4 @@ fn apart(outputs: &[Outputs], read: &[PathBuf]) -> Result<(), OutputError> {
 
 fn cannot_write(error: &film::WriteError) -> Diagnostic {
     Diagnostic::error(error.to_string()).failed_if(error.is_failure())
-}
-
-/// Returns `true` if two names, whose folders exist, mean one file.
-fn same_file(a: &Path, b: &Path) -> bool {
-    let resolved = |path: &Path| {
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
-        Some(folder.join(path.file_name()?))
-    };
-    a == b || (resolved(a).is_some() && resolved(a) == resolved(b))
 }

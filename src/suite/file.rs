@@ -63,8 +63,8 @@ pub struct Scene {
 /// A suite file is text of people: one beyond this is something else.
 const LARGEST: u64 = 16 << 20;
 
-/// Seeds of a reference unless the suite says otherwise: four halve its part of the difference's error, and the noise of
-/// the difference is then a quarter of what one would leave.
+/// Seeds of a reference unless the suite says otherwise: four halve its standard error, and the variance of a difference from one image is
+/// then 5/8 of what it would be with one seed.
 const BASELINE_RUNS: u64 = 4;
 
 impl Suite {
@@ -339,11 +339,12 @@ impl Reader<'_> {
             .as_ref()
             .or(settings.baseline_seeds.as_ref());
         let (seeds, baseline_seeds) = self.seeds(&command, seeds, baseline);
+        let reference = match &own.reference {
+            Some(reference) => suite.path(reference),
+            None => suite.references.join(format!("{name}.exr")),
+        };
         Some(Scene {
-            reference: match &own.reference {
-                Some(reference) => suite.path(reference),
-                None => suite.references.join(format!("{name}.exr")),
-            },
+            reference,
             sha256,
             spp: spp.unwrap_or(64),
             timeout,
@@ -364,7 +365,7 @@ impl Reader<'_> {
         };
         let is_good = name.split('/').all(is_plain);
         if !is_good {
-            let message = format!("`{}` is no name for an image's files", name.escape_debug());
+            let message = format!("`{}` cannot name an image's files", name.escape_debug());
             let error = Diagnostic::error(message).at(self.at(at));
             let help = "give the scene a `name` such as `glass/prism`, without an extension";
             self.problems.push(error.with_help(help));

@@ -18,7 +18,7 @@ mod tables;
 pub use command::{Placeholder, Values};
 pub use family::Family;
 pub use file::{Scene, Suite};
-pub use plan::{Aim, Plan, SPP_MOST, Step};
+pub use plan::{Aim, MAX_SPP, Plan, Step};
 pub use process::{RunError, last_lines, run};
 pub use references::{Sums, hash};
 pub use runs::{merged, metadata};

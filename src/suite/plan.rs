@@ -14,10 +14,10 @@ pub struct Aim {
 }
 
 /// The most samples that are proposed.
-pub const SPP_MOST: u32 = 1 << 24;
+pub const MAX_SPP: u32 = 1 << 24;
 
 /// The fewest: with fewer the noise is too little known for tests to be trusted (docs/compare.md).
-const SPP_LEAST: u32 = 16;
+const MIN_SPP: u32 = 16;
 
 /// How an aim is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +100,7 @@ fn least(
     aim: Aim,
 ) -> Result<Option<Step>, PlanError> {
     let at = |power: u32| found(f64::from(1u32 << power));
-    let (mut low, mut high) = (SPP_LEAST.ilog2(), SPP_MOST.ilog2());
+    let (mut low, mut high) = (MIN_SPP.ilog2(), MAX_SPP.ilog2());
     let mut best = at(high)?;
     if best.relative > aim.relative {
         return Ok(None);
@@ -142,8 +142,8 @@ impl<'a> Noise<'a> {
         let image = self.estimate.image;
         Scaled {
             estimate: Estimate {
-                // One degree of freedom is that of the mean.
-                freedom: (self.estimate.freedom + 1.0) * more - 1.0,
+                // One degree of freedom is that of the mean; of less than one nothing is known.
+                freedom: ((self.estimate.freedom + 1.0) * more - 1.0).max(0.0),
                 samples: Some(samples),
                 ..self.estimate
             },

@@ -10,7 +10,9 @@ use crate::files::{self, FileProblem};
 use crate::output::{self, OutputError};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// What the `k`th commit, counted from 1, may spend of `alpha`.
 pub fn share(alpha: f64, k: usize) -> f64 {
@@ -50,7 +52,7 @@ pub enum SpendingError {
     },
     /// It is something else.
     #[error(
-        "{}: this is no count of commits as `fstop suite` writes it ({reason}); with the file removed it begins again",
+        "{}: this is not a count of commits that `fstop suite` has written ({reason}); with the file removed it begins again",
         .path.display()
     )]
     Form {
@@ -72,6 +74,9 @@ pub enum SpendingError {
         /// The suite's.
         now: f64,
     },
+    /// Another run has it, and does not let it go.
+    #[error("{}: the count of commits is in use by another run", .0.display())]
+    InUse(PathBuf),
     /// It cannot be written.
     #[error(transparent)]
     Write(#[from] OutputError),
@@ -83,6 +88,7 @@ impl SpendingError {
         match self {
             SpendingError::Read { reason, .. } => reason.is_failure(),
             SpendingError::Write(error) => error.is_failure(),
+            SpendingError::InUse(_) => true,
             SpendingError::Form { .. } | SpendingError::Alpha { .. } => false,
         }
     }
@@ -91,12 +97,16 @@ impl SpendingError {
 /// A ledger of many years is smaller than this.
 const LARGEST: u64 = 64 << 20;
 
-/// Gives the next commit its share, or one that has been there before the same again: its images are the same, too. The file
+/// How long a run waits for others that have the ledger, each for a moment.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Returns the share of a new commit, or what a known one has been given: its images are assumed to be the same. The file
 /// is written before anything is compared, so that what was spent is spent however the run ends.
 ///
 /// # Errors
 /// See [`SpendingError`].
 pub fn spend(path: &Path, alpha: f64, commit: Option<&str>) -> Result<Spent, SpendingError> {
+    let _held = hold(path)?;
     let mut ledger = match files::read(path, LARGEST) {
         Ok(bytes) => read(path, &bytes)?,
         Err(FileProblem::Missing) => Ledger {
@@ -134,6 +144,13 @@ pub fn spend(path: &Path, alpha: f64, commit: Option<&str>) -> Result<Spent, Spe
     })
 }
 
+/// Keeps other runs from the ledger, so that no two are given the same number: by its folder, as the file itself is replaced when it is written.
+fn hold(path: &Path) -> Result<Option<File>, SpendingError> {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let held = output::hold(folder.unwrap_or(Path::new(".")), PATIENCE);
+    held.map_err(|output::InUse| SpendingError::InUse(path.to_owned()))
+}
+
 fn read(path: &Path, bytes: &[u8]) -> Result<Ledger, SpendingError> {
     serde_json::from_slice(bytes).map_err(|error| form(path, &error))
 }
@@ -155,6 +172,23 @@ mod tests {
         // What is left is 6/π² · α times the integral of 1/k² from there on, to a relative 1e-5.
         let left = 0.01 * 6.0 / (PI * PI) / 100_000.5;
         assert!((first + left - 0.01).abs() < 1e-12, "{first}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn runs_at_once_are_given_different_shares() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("state.json");
+        let spend_all = || -> Vec<usize> {
+            let spend = |_| spend(&path, 0.01, None).expect("a share").number;
+            (0..5).map(spend).collect()
+        };
+        let mut numbers = std::thread::scope(|scope| {
+            let runs = [0; 4].map(|_| scope.spawn(spend_all));
+            runs.map(|run| run.join().expect("no panic")).concat()
+        });
+        numbers.sort_unstable();
+        assert_eq!(numbers, (1..=20).collect::<Vec<usize>>());
     }
 
     #[test]

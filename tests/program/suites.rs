@@ -5,6 +5,10 @@
 use crate::common::program::is_heard;
 use crate::common::program::{Run, fstop_in};
 use fstop::film::read;
+#[cfg(unix)]
+use fstop::film::{FilmMetadata, Image, write};
+#[cfg(unix)]
+use fstop::glam::{UVec2, Vec3};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -225,6 +229,86 @@ fn build_servers_and_pull_requests_read_it() {
     );
     assert!(markdown.contains("| ≠ changed | ball | The images differ: "));
     assert!(markdown.contains("| + new | glass/ball | There is no reference. |"));
+}
+
+/// A folder of results is of one run at a time: two would compare each other's images.
+#[cfg(unix)]
+#[test]
+fn runs_at_once_need_folders_of_their_own() {
+    // Ten seconds at most, whatever goes wrong.
+    let wait = "for i in $(seq 1000); do [ -e wait ] || break; sleep 0.01; done";
+    let slowly = format!("sh -c '{wait}; exec \\\"$0\\\" \\\"$@\\\"' {FSTOP}");
+    let folder = Folder::new(&suite("").replace(FSTOP, &slowly));
+    folder.write("wait", "");
+    let (first, second) = std::thread::scope(|scope| {
+        let first = scope.spawn(|| folder.run(&["--update", "--quiet"]));
+        // It renders, so that it holds the folder.
+        let begun = folder.path("suite-results/runs/images");
+        while !begun.exists() && !first.is_finished() {
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        let second = folder.run(&["--quiet"]);
+        std::fs::remove_file(folder.path("wait")).expect("a file");
+        (first.join().expect("no panic"), second)
+    });
+    assert_eq!(first.code, 0, "{}", first.stderr);
+    assert_eq!(second.code, 74, "{}", second.stderr);
+    let said = "another run writes its results there";
+    assert!(second.stderr.contains(said), "{}", second.stderr);
+    assert_eq!(folder.run(&["--quiet"]).code, 0);
+}
+
+/// An image that is compared with itself agrees.
+#[test]
+fn references_are_not_where_images_are_written() {
+    for (output, references, code) in [
+        ("r", "r/images", 2),
+        ("r", "ball/../r/images", 2),
+        ("r", "r/runs/images", 2),
+        ("r", "r/kept", 0),
+        (".", "suite-references", 0),
+    ] {
+        let folder = Folder::new(&suite(&format!(
+            "output = \"{output}\"\nreferences = \"{references}\""
+        )));
+        std::fs::create_dir(folder.path("ball")).expect("a folder");
+        let run = folder.run(&["--update", "--quiet"]);
+        assert_eq!(run.code, code, "{output} {references}: {}", run.stderr);
+        let said = "lies where the suite's images are written";
+        assert_eq!(run.stderr.contains(said), code == 2, "{}", run.stderr);
+    }
+}
+
+/// An image without anything to compare is no reference.
+#[cfg(unix)]
+#[test]
+fn a_reference_has_finite_pixels() {
+    let command = "cp broken.exr {output}";
+    let folder = Folder::new(&format!(
+        "[renderer.x]\ncommand = \"{command}\"\n[[scene]]\nfile = \"ball.pbrt\"\n"
+    ));
+    let broken = |pixels: usize| {
+        let mut image = Image::black(UVec2::new(8, 8));
+        image.pixels[..pixels].fill(Vec3::NAN);
+        let path = folder.path("broken.exr");
+        write(&path, &image, &FilmMetadata::default()).expect("a file");
+    };
+    broken(64);
+    let (code, results) = folder.results(&["--update"]);
+    assert_eq!(code, 1, "{results}");
+    let notes = results["results"][0]["notes"].to_string();
+    assert!(
+        notes.contains("none of its pixels has a finite value"),
+        "{results}"
+    );
+    assert!(!folder.path("suite-references/ball.exr").exists());
+    broken(3);
+    let (code, results) = folder.results(&["--update"]);
+    let notes = results["results"][0]["notes"].to_string();
+    assert!(
+        code == 0 && notes.contains("3 pixels of the new reference"),
+        "{results}"
+    );
 }
 
 /// One that fails, hangs, writes nothing, something else or too little does not keep the others from theirs.
@@ -510,7 +594,7 @@ fn suite_files_are_read_with_care() {
         ),
         (
             format!("{scene}name = \"../../etc/x\"\n{renderer}"),
-            "is no name for an image's files",
+            "cannot name an image's files",
             "3:8",
         ),
         (
@@ -560,7 +644,7 @@ fn suite_files_are_read_with_care() {
         "{scene}name = \"..\"\ntimeout = 0\nsha256 = \"12\"\nspq = 1\n[[scene]]\nspp = 1\n[[scene]]\nsed = 1\n[suite]\nalpha = 2\nalhpa = 1\n{renderer}"
     ));
     for message in [
-        "is no name for an image's files",
+        "cannot name an image's files",
         "seconds",
         "64 hexadecimal digits",
         "unknown field `spq`",

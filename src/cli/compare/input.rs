@@ -15,6 +15,8 @@ pub(in crate::cli) struct Input {
     pub(in crate::cli) loaded: LoadedImage,
     /// Values were decoded from sRGB: 8 or 16 bits, nothing brighter than white.
     pub(in crate::cli) srgb: bool,
+    /// Colors share an exponent and have eight bits each (Radiance).
+    is_coarse: bool,
     /// The file records which part of the full image it holds.
     windowed: bool,
 }
@@ -26,6 +28,7 @@ impl Input {
             path: path.to_owned(),
             loaded,
             srgb: false,
+            is_coarse: false,
             windowed: true,
         }
     }
@@ -71,6 +74,10 @@ impl Input {
         if self.srgb {
             words += ", decoded from sRGB";
         }
+        if self.is_coarse {
+            words +=
+                ", of 8 bits a color with one exponent: by rounding alone up to 0.8 % too dark";
+        }
         words
     }
 }
@@ -109,6 +116,7 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
                 path: path.to_owned(),
                 loaded,
                 srgb: false,
+                is_coarse: false,
                 windowed: true,
             });
         }
@@ -143,6 +151,9 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
             from_xyz: false,
         },
         srgb,
+        is_coarse: path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("hdr")),
         windowed: false,
     })
 }

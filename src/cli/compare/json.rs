@@ -35,6 +35,7 @@ fn value(report: &Report) -> Value {
         "a": images[0],
         "b": images[1],
         "pixels_left_out": comparison.non_finite.left_out,
+        "impossible_variances": comparison.non_finite.impossible_variances,
         "levels": verdict.levels.iter().map(level).collect::<Vec<_>>(),
         "uniformity": comparison.uniformity.iter().map(uniformity).collect::<Vec<_>>(),
         "neighbor_correlation": {

@@ -248,6 +248,10 @@ pub(super) fn run(args: &CompareArgs) -> u8 {
             } else {
                 [&args.b, &args.a]
             };
+            if !file.exists() {
+                let message = format!("{}: cannot read: there is no such folder", file.display());
+                return Failure::new(message, true).exit();
+            }
             let [folder, file] = [folder, file].map(|path| path.display());
             Err(format!(
                 "`{folder}` is a folder and `{file}` is not: two images or two folders are compared"

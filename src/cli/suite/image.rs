@@ -5,10 +5,12 @@ use crate::cli::compare::input::{self, Input};
 use crate::cli::messages::Failure;
 use crate::cli::results;
 use crate::film;
+use crate::output;
 use crate::suite::{
     Placeholder, RunError, Scene, Suite, Values, last_lines, merged, metadata, run,
 };
-use std::path::PathBuf;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -21,24 +23,54 @@ pub(super) struct Studio<'a> {
     pub suite: &'a Suite,
     pub output: PathBuf,
     pub stop: Arc<AtomicBool>,
+    /// Keeps others from the folder of results.
+    _held: Option<File>,
 }
 
 impl<'a> Studio<'a> {
     /// Makes the folder of results, `output` or the suite's own, and stops on a signal from now on.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be made, or that another run writes to.
     pub(super) fn open(suite: &'a Suite, output: Option<&PathBuf>) -> Result<Studio<'a>, Failure> {
         let output = output.unwrap_or(&suite.output);
+        let output = std::path::absolute(output).unwrap_or_else(|_| output.clone());
+        // The folder that is held, and no file of a user's is in.
+        let runs = output.join("runs");
+        results::make(&runs)?;
+        let held = output::hold(&runs, Duration::ZERO).map_err(|output::InUse| {
+            let folder = output.display();
+            let message = format!(
+                "{folder}: another run writes its results there: give this one a folder of its own (--output)"
+            );
+            Failure::new(message, true)
+        })?;
+        check_references(suite, &output)?;
         let studio = Studio {
             suite,
-            output: std::path::absolute(output).unwrap_or_else(|_| output.clone()),
+            output,
             stop: Arc::default(),
+            _held: held,
         };
         listen(&studio.stop);
-        results::make(&studio.output)?;
         Ok(studio)
     }
+}
+
+/// Refuses references that what is rendered would take the place of: an image would be compared with itself.
+fn check_references(suite: &Suite, output: &Path) -> Result<(), Failure> {
+    let folders = ["images", "references", "runs"].map(|part| output::settled(&output.join(part)));
+    for scene in &suite.scenes {
+        let reference = output::settled(&scene.reference);
+        if folders.iter().any(|folder| reference.starts_with(folder)) {
+            let reference = scene.reference.display();
+            let message = format!(
+                "{reference}: this reference lies where the suite's images are written: keep `references` and `output` apart"
+            );
+            return Err(message.into());
+        }
+    }
+    Ok(())
 }
 
 /// What an image is for.

@@ -8,7 +8,7 @@ use crate::cli::goal::relative;
 use crate::cli::messages::Failure;
 use crate::compare::{self, Options, POWER};
 use crate::console;
-use crate::suite::{Aim, Family, Plan, SPP_MOST, Scene, Step, Suite, Sums};
+use crate::suite::{Aim, Family, MAX_SPP, Plan, Scene, Step, Suite, Sums};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -158,7 +158,7 @@ fn text(scene: &Scene, plan: &Result<Plan, String>, aim: Aim) -> String {
         );
     }
     if plan.kept.or(plan.anew).is_none() {
-        text += &format!("\n    not even {SPP_MOST} spp will find {aimed}");
+        text += &format!("\n    not even {MAX_SPP} spp will find {aimed}");
     }
     text
 }

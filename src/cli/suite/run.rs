@@ -70,8 +70,9 @@ pub(super) fn run(args: &RunArgs) -> Result<u8, Failure> {
     let suite = Suite::read(&args.suite)?;
     let scenes = chosen(&suite, &args.only)?;
     let mut sums = Sums::read(&suite.references)?;
-    let mut results = begun(&suite, &scenes, args)?;
+    // Before a commit is given its share.
     let studio = Studio::open(&suite, args.output.as_ref())?;
+    let mut results = begun(&suite, &scenes, args)?;
     let options = Options {
         alpha: results.family.share(),
         ..suite.options.clone()

@@ -80,6 +80,17 @@ fn accept(
         seeds.len()
     ));
     let picture = studio.picture(scene, seeds, Kind::Reference)?;
+    let pixels = &picture.input.loaded.image.pixels;
+    let broken = pixels.iter().filter(|pixel| !pixel.is_finite()).count();
+    if broken == pixels.len() {
+        let why = "none of its pixels has a finite value".to_owned();
+        return Err(NoPicture::Failed(why));
+    }
+    if broken > 0 {
+        row.notes.push(format!(
+            "{broken} pixels of the new reference are infinite or not a number: they are not compared"
+        ));
+    }
     let bytes = std::fs::read(&picture.input.path).map_err(|e| failed(&e))?;
     results::make(scene.reference.parent().unwrap_or(&scene.reference))?;
     output::write(&scene.reference, &bytes).map_err(|e| failed(&e))?;
