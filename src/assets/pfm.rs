@@ -1,6 +1,5 @@
 //! The portable float map: `PF` (color) or `Pf` (grayscale), width, height, scale, then 32-bit floats, bottom row
-//! first. A negative scale marks little-endian numbers; its magnitude has no agreed meaning and is ignored, as pbrt
-//! does for files it writes itself (scale −1).
+//! first. A negative scale marks little-endian numbers; they are multiplied by its magnitude, as in pbrt-v3 (`ReadImagePFM`).
 
 use super::image_data::{Encoding, ImageData, SizeLimit};
 use crate::math::Rgb;
@@ -32,11 +31,12 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
     }
     let number = |b: &[u8]| {
         let word = [b[0], b[1], b[2], b[3]];
-        if scale < 0.0 {
+        let stored = if scale < 0.0 {
             f32::from_le_bytes(word)
         } else {
             f32::from_be_bytes(word)
-        }
+        };
+        stored * scale.abs()
     };
     let mut texels = Vec::with_capacity(width * height);
     for row in (0..height).rev() {
@@ -115,6 +115,12 @@ mod tests {
         ))
         .unwrap();
         assert_eq!(color.pixel(0, 0), Rgb::new(5.0, 6.0, 7.0));
+    }
+
+    #[test]
+    fn numbers_are_scaled() {
+        let scaled = decode(&file("Pf\n1 1\n-2.5\n", &[3.0], f32::to_le_bytes)).unwrap();
+        assert_eq!(scaled.pixel(0, 0), Rgb::splat(7.5));
     }
 
     #[test]

@@ -170,7 +170,27 @@ fn parse_plain(bytes: &[u8]) -> Result<MeshData, String> {
 }
 
 fn read(bytes: &[u8]) -> Result<MeshData, String> {
-    let mut reader = PlyReader::from_reader(bytes).map_err(|e| format!("bad header: {}", e.0))?;
+    let mut rest = bytes;
+    elements(&mut rest).map_err(|error| {
+        let read = &bytes[..bytes.len() - rest.len()];
+        let header = &bytes[..bytes.len().min(HEADER as usize)];
+        match error.starts_with("element ") && contains(header, b"format ascii") {
+            true => {
+                let line = read.iter().filter(|&&byte| byte == b'\n').count();
+                format!("{error}, near line {line}")
+            }
+            false => error,
+        }
+    })
+}
+
+fn contains(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|window| window == part)
+}
+
+/// Takes all elements from the front of what is left of a file.
+fn elements(rest: &mut &[u8]) -> Result<MeshData, String> {
+    let mut reader = PlyReader::from_reader(rest).map_err(|e| format!("bad header: {}", e.0))?;
     let mut vertices = Vertices::default();
     let mut faces = Faces::default();
     let mut warnings = Vec::new();

@@ -13,7 +13,7 @@ mod textures;
 
 use crate::budget::Budget;
 use crate::cameras::{Camera, CameraError, FilmGeometry};
-use crate::film::{FilmMetadata, Layer, LightShare, PixelBounds};
+use crate::film::{FilmMetadata, Layer, LightShare, OF_STATISTICS, PixelBounds};
 use crate::filters::Filter;
 use crate::integrators::{GhostLight, Integrator};
 use crate::lights::Light;
@@ -57,9 +57,6 @@ pub fn check(frame: &Frame, diagnostics: &Diagnostics) {
     geometry::check(frame, diagnostics, &budget);
 }
 
-/// Memory per pixel in bytes: its sums and the image.
-const PIXEL_BYTES: u64 = 128;
-
 /// Everything in a frame that is built before its shapes.
 struct FrameAssets {
     render_from_world: Transform,
@@ -75,7 +72,11 @@ impl FrameAssets {
         let options = &frame.options;
         let pixels = options.film.pixel_bounds().area() as u64;
         let layers = options.film.layers;
-        let bytes = PIXEL_BYTES + layers.memory_of_image() + layers.memory_of_sums();
+        let mut bytes = { options.accumulation }.memory_of_pixel(frame.may_trace_light(), layers);
+        if options.integrator.spec.gathers_photons() {
+            // Its tiles, and the film that is made of them.
+            bytes += 2 * OF_STATISTICS;
+        }
         if let Err(error) = budget.take(pixels.saturating_mul(bytes)) {
             diagnostics.push(Diagnostic {
                 span: options.film_at,

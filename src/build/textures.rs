@@ -21,6 +21,7 @@ pub(super) fn load(
     for problem in problems {
         let message = problem.error.to_string();
         diagnostics.push(match problem.used {
+            true if problem.is_usable => Diagnostic::warning(message).at(problem.span),
             true => Diagnostic::error(message)
                 .at(problem.span)
                 .recoverable()

@@ -2,7 +2,7 @@
 
 use crate::syntax::{Param, ParamGroup, ParamList, ParamValue};
 
-/// May these parameters of a shape change its material? If not, the shape can share the current
+/// Returns `true` if these parameters of a shape may change its material. If not, the shape can share the current
 /// one; if so, a material is made from both lists with [`super::ParamReader::layered`]. pbrt-v3's
 /// rule (docs/scene-language.md §2.4): no material takes arrays, so only single values count, and of those
 /// the usual parameters of shapes do not.

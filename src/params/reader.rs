@@ -109,7 +109,7 @@ impl<'a> ParamReader<'a> {
         self.context.dialect
     }
 
-    /// Was a parameter of this name given, whatever its type? Does not count as a use.
+    /// Returns `true` if a parameter of this name was given, whatever its type. Does not count as a use.
     pub fn has(&self, name: &str) -> bool {
         self.layers().any(|layer| layer.named(name).is_some())
     }

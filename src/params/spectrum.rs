@@ -14,8 +14,16 @@ use std::path::PathBuf;
 /// could not be read are remembered too.
 #[derive(Debug, Default)]
 pub struct SpectrumFiles {
-    /// Colors in pbrt-v3's normalisation.
-    read: RefCell<HashMap<PathBuf, Result<Rgb, FileError>>>,
+    read: RefCell<HashMap<PathBuf, Result<ReadFile, FileError>>>,
+}
+
+/// A file that could be read.
+#[derive(Clone, Debug)]
+struct ReadFile {
+    /// In pbrt-v3's normalization.
+    color: Rgb,
+    /// See [`spd::SpectrumFile::passed_over`].
+    passed_over: Option<String>,
 }
 
 impl SpectrumFiles {
@@ -24,11 +32,15 @@ impl SpectrumFiles {
         Self::default()
     }
 
-    fn rgb(&self, path: PathBuf) -> Result<Rgb, FileError> {
+    fn color(&self, path: PathBuf) -> Result<ReadFile, FileError> {
         let mut read = self.read.borrow_mut();
-        let entry = read
-            .entry(path)
-            .or_insert_with_key(|path| spd::read(path).map(|s| rgb_from_samples(&s)));
+        let entry = read.entry(path).or_insert_with_key(|path| {
+            let file = spd::read(path)?;
+            Ok(ReadFile {
+                color: rgb_from_samples(&file.samples),
+                passed_over: file.passed_over,
+            })
+        });
         entry.clone()
     }
 }
@@ -82,8 +94,15 @@ fn from_file(reader: &ParamReader<'_>, name: &Name) -> Rgb {
     let is_missing = path == Err(FileProblem::Missing);
     let read = path
         .map_err(FileError::from)
-        .and_then(|path| reader.context.spectra.rgb(path))
-        .map(|v3| reader.dialect().of_samples(v3));
+        .and_then(|path| reader.context.spectra.color(path));
+    let read = read.map(|file| {
+        if let Some(what) = file.passed_over {
+            let message = format!("the spectrum file `{}`: {what}", name.text);
+            let warning = Diagnostic::warning(message).at(name.span);
+            reader.context.diagnostics.push(warning);
+        }
+        reader.dialect().of_samples(file.color)
+    });
     read.unwrap_or_else(|error| {
         let diagnostic = Diagnostic::error(format!(
             "cannot use the spectrum file `{}`: {error}",

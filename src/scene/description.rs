@@ -63,6 +63,16 @@ impl Frame {
         }
     }
 
+    /// Returns `true` if paths from the lights may bring light to pixels.
+    pub fn may_trace_light(&self) -> bool {
+        let spec = &self.options.integrator.spec;
+        let mut materials = self.materials.iter();
+        let ghosts = self.options.camera.has_ghosts() && spec.has_light_pass();
+        ghosts
+            || spec.traces_light()
+            || spec.may_be_assisted() && materials.any(Material::may_focus)
+    }
+
     /// Reduces quality for a quick look (`--quick`), as in pbrt: a quarter of the width and height, one sample per
     /// pixel, and fewer samples of lights and of ambient occlusion.
     pub fn make_quick(&mut self) {

@@ -138,10 +138,14 @@ impl<'a> Interpreter<'a> {
 
     fn run(&mut self, main: FileId) -> Result<(), MustRestart> {
         let (sources, diagnostics) = (self.sources, self.diagnostics);
-        for directive in Parser::new(sources, main, diagnostics) {
+        let mut parser = Parser::new(sources, main, diagnostics);
+        loop {
+            parser.commas_separate = self.dialect == Dialect::V2;
+            let Some(directive) = parser.next() else {
+                return Ok(());
+            };
             self.directive(directive)?;
         }
-        Ok(())
     }
 
     /// Finishes reading: open blocks are reported, and checked all the same.
@@ -324,6 +328,14 @@ impl<'a> Interpreter<'a> {
             (Block::World, None) => match kind {
                 D::WorldEnd | D::AttributeEnd | D::TransformEnd | D::ObjectEnd => {
                     self.error(span, format!("`{word}` without `WorldBegin`; ignored"));
+                    false
+                }
+                // The image before is whole: pbrt-v3 reports these, too, and goes on to what follows.
+                _ if self.had_world => {
+                    let message = format!("`{word}` after `WorldEnd`; ignored");
+                    let error = Diagnostic::error(message).at(span).recoverable();
+                    let help = "is a `WorldBegin` missing before it?";
+                    self.diagnostics.push(error.with_help(help));
                     false
                 }
                 _ => {

@@ -4,9 +4,9 @@
 use super::names::FocusTarget;
 use super::reading::Reading;
 use super::transforms::{Ctm, Placement};
-use crate::cameras::{CameraChoices, CameraSpec};
-use crate::film::FilmSpec;
+use crate::cameras::{CameraChoices, CameraSpec, is_course_form};
 use crate::film::sensor::SensorPreset;
+use crate::film::{Accumulation, FilmSpec};
 use crate::filters::Filter;
 use crate::integrators::{IntegratorSettings, MediaSeen};
 use crate::params::ParamReader;
@@ -34,6 +34,8 @@ pub struct Options {
     pub media_seen: MediaSeen,
     /// What the camera is to focus on, if that has a name.
     pub focus_target: Option<FocusTarget>,
+    /// How the image is rendered, as far as its memory depends on it; not of the file.
+    pub accumulation: Accumulation,
     /// Memory limit in bytes (`--max-memory`); `None` for what the machine provides.
     pub max_memory: Option<u64>,
 }
@@ -94,11 +96,9 @@ impl Default for StoredOptions {
 impl StoredOptions {
     /// Returns `true` if the camera is written in the course's form, as its parameter names reveal.
     pub fn has_course_camera(&self) -> bool {
-        const COURSE_NAMES: [&str; 3] = ["specfile", "aperture_diameter", "filmdiag"];
         self.camera.as_ref().is_some_and(|camera| {
             let Typed { kind, params } = &camera.typed;
-            let given = |name: &&str| params.named(name).is_some();
-            kind.text == "realistic" && COURSE_NAMES.iter().any(given)
+            kind.text == "realistic" && is_course_form(params)
         })
     }
 
@@ -153,6 +153,7 @@ impl StoredOptions {
             integrator,
             media_seen,
             focus_target: None,
+            accumulation: Accumulation::Once,
             max_memory: None,
         }
     }

@@ -124,6 +124,8 @@ pub struct Parser<'a> {
     pub(super) statement: Span,
     /// See [`Directive::include_in_list`], for the current directive.
     pub(super) include_in_list: Option<Span>,
+    /// A comma separates numbers (pbrt-v2, which reports it); else what follows it in a word is passed over (pbrt-v3).
+    pub commas_separate: bool,
 }
 
 impl<'a> Parser<'a> {
@@ -143,6 +145,7 @@ impl<'a> Parser<'a> {
             peeked: None,
             statement: main.span(0..0),
             include_in_list: None,
+            commas_separate: false,
         };
         let canonical = path.canonicalize().unwrap_or(path);
         parser.enter(main, canonical);

@@ -2,6 +2,7 @@
 
 use super::lexer::{Lexeme, unescape};
 use super::source::Span;
+use std::fmt;
 use std::rc::Rc;
 
 /// The kind of a token.
@@ -61,8 +62,14 @@ impl Token {
     /// A description for messages.
     pub(super) fn description(&self) -> String {
         let text = String::from_utf8_lossy(self.text());
-        let mut shown: String = text.trim_end().chars().take(SHOWN).collect();
-        if shown.len() < text.trim_end().len() {
+        let text = text.trim_end_matches(|c: char| c.is_ascii_whitespace());
+        let mut shown: String = text
+            .chars()
+            .take(SHOWN)
+            .map(Shown)
+            .map(|c| c.to_string())
+            .collect();
+        if text.chars().count() > SHOWN {
             shown.push('…');
         }
         match self.kind {
@@ -72,4 +79,23 @@ impl Token {
             TokenKind::Open | TokenKind::Close | TokenKind::Bare => format!("`{shown}`"),
         }
     }
+}
+
+/// A character as it is printed: by its number where it would not be seen, as blanks that are pasted with a word from elsewhere.
+struct Shown(char);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Shown(c) = *self;
+        let is_unseen = !c.is_ascii() && (c.is_whitespace() || is_format(c));
+        match is_unseen {
+            true => write!(f, "⟨U+{:04X}⟩", u32::from(c)),
+            false => write!(f, "{c}"),
+        }
+    }
+}
+
+/// Characters without width: soft hyphens, joiners, marks of direction and of byte order.
+fn is_format(c: char) -> bool {
+    matches!(c, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }

@@ -20,6 +20,8 @@ struct Items {
     spoilt: bool,
     /// A number is unlikely to be what was intended, and was reported.
     doubtful: bool,
+    /// Numbers are separated by commas, which was reported.
+    has_commas: bool,
 }
 
 impl Parser<'_> {
@@ -218,6 +220,9 @@ impl Parser<'_> {
             (TokenKind::Quoted, _) => items.strings.push(self.quoted(token)),
             (_, b"true") => items.bools.push(true),
             (_, b"false") => items.bools.push(false),
+            (_, text) if self.commas_separate && text.contains(&b',') => {
+                self.numbers_between_commas(token, items);
+            }
             _ => match self.checked_number(token) {
                 Some(value) => {
                     items.doubtful |= number(token.text()).is_some_and(|(value, _)| value.is_nan());
@@ -230,6 +235,28 @@ impl Parser<'_> {
                     self.report(error.label("neither a number nor a string in quotes"));
                 }
             },
+        }
+    }
+
+    /// The numbers in a bare word.
+    fn numbers_between_commas(&mut self, token: &Token, items: &mut Items) {
+        if !std::mem::replace(&mut items.has_commas, true) {
+            let warning = Diagnostic::warning("numbers are separated by commas").at(token.span);
+            self.report(warning.label("read as blanks, as pbrt-v2 does"));
+        }
+        for part in token.text().split(|&byte| byte == b',') {
+            match number(part) {
+                Some((value, used)) if used == part.len() && value.is_finite() => {
+                    items.numbers.push(value);
+                }
+                None if part.is_empty() => {}
+                _ => {
+                    items.spoilt = true;
+                    let error = Diagnostic::error("expected numbers between commas").at(token.span);
+                    self.report(error.recoverable());
+                    return;
+                }
+            }
         }
     }
 
@@ -267,7 +294,8 @@ impl Parser<'_> {
         items: Items,
         span: Span,
     ) -> Option<ParamValue> {
-        if items.spoilt {
+        // Instead of one number that is none the default counts, without more to say of it.
+        if items.spoilt || items.doubtful && items.numbers.len() == 1 {
             return None;
         }
         let kinds = [

@@ -37,6 +37,8 @@ pub struct TextureProblem {
     pub span: Span,
     /// `true` if anything uses a texture of this file.
     pub used: bool,
+    /// `true` if the file is used as it is.
+    pub is_usable: bool,
 }
 
 /// A file that textures need.
@@ -113,12 +115,12 @@ impl Textures {
         images.chain(ptex).collect()
     }
 
-    /// Does any texture ask which face of a mesh a point is on? Where none does, meshes need not know.
+    /// Returns `true` if any texture asks which face of a mesh a point is on. Where none does, meshes need not know.
     pub fn need_faces(&self) -> bool {
         !self.ptex.is_empty()
     }
 
-    /// Does any texture use ray differentials? Where none does, cameras need not make them.
+    /// Returns `true` if any texture uses ray differentials. Where none does, cameras need not make them.
     pub fn needs_footprint(&self) -> bool {
         self.float.iter().any(Texture::needs_footprint)
             || self.spectrum.iter().any(Texture::needs_footprint)
@@ -191,7 +193,24 @@ impl PendingFile {
             error,
             span: self.name.span,
             used: self.used,
+            is_usable: false,
         }
+    }
+
+    /// What is odd about an image.
+    fn oddity(&self, image: &ImageData) -> Option<TextureProblem> {
+        let odd = image.texels().iter().filter(|texel| !texel.is_finite());
+        let are = match odd.count() {
+            0 => return None,
+            1 => "1 texel is".to_string(),
+            count => format!("{count} texels are"),
+        };
+        let name = self.name.path.display();
+        let message = format!("'{name}': {are} not finite, nor is what is filtered with them");
+        Some(TextureProblem {
+            is_usable: true,
+            ..self.problem(FileError::from(message))
+        })
     }
 }
 
@@ -234,7 +253,11 @@ fn load_maps(
         let image = ImageData::load(&file.name.path, budget);
         let (i, usable) = (Some(i), image.as_ref().ok());
         let maps = (maps(i, float, usable), maps(i, spectrum, usable));
-        (maps, image.err().map(|error| file.problem(error)))
+        let problem = match &image {
+            Ok(image) => file.oddity(image),
+            Err(error) => Some(file.problem(error.clone())),
+        };
+        (maps, problem)
     });
     let mut loaded: Vec<_> = loaded.collect();
     loaded.push(((maps(None, float, None), maps(None, spectrum, None)), None));

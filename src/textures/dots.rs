@@ -58,7 +58,7 @@ impl<V: TextureValue> TextureClass<V> for Dots<V> {
     }
 }
 
-/// Does a dot cover this point? No for what is not finite.
+/// Returns `true` if a dot covers this point; `false` at one that is not finite.
 fn in_dot(st: Vec2) -> bool {
     let cell = (st + 0.5).floor();
     // Three far-apart points of the noise decide on existence and place.

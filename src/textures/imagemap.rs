@@ -2,7 +2,7 @@
 
 use super::mipmap::{Filter, Mipmap, Wrap};
 use super::{Compiler, Mapping, TextureClass, TextureValue, Textures};
-use crate::assets::image_data::ImageData;
+use crate::assets::image_data::{Encoding, ImageData};
 use crate::math::color::linear_from_srgb;
 use crate::math::transform::Transform;
 use crate::params::{NamedFile, ParamReader};
@@ -14,7 +14,7 @@ use std::path::Path;
 ///
 /// Parameters: string `filename`; string `wrap` `repeat` (`black`, `clamp`); float `scale` 1,
 /// multiplied after decoding; bool `gamma`: decode by the sRGB curve (true for .png, .tga and
-/// .jpg, else false); bool `trilinear` false (EWA); float `maxanisotropy` 8; a 2-D mapping.
+/// .jpg, false for .exr, .pfm and .hdr, else by what the file is); bool `trilinear` false (EWA); float `maxanisotropy` 8; a 2-D mapping.
 /// Files in pbrt-v2's language: *float* `gamma` 1, value = (scale · texel)^gamma.
 /// (s, t) = (0, 0) is the image's lower-left corner; of an .exr in v2's language, its upper-left.
 /// An image that cannot be read counts as one texel of 0.5.
@@ -53,6 +53,11 @@ pub enum Decoding {
         /// Factor.
         scale: f32,
     },
+    /// The same of a file whose name does not tell what it is: the sRGB curve where files of its kind are encoded by it.
+    ScaledAsFile {
+        /// Factor.
+        scale: f32,
+    },
     /// pbrt-v2: the factor first, then the power.
     Power {
         /// Factor.
@@ -83,12 +88,23 @@ impl SrgbBytes {
 }
 
 impl Decoding {
+    /// For an image that is encoded like this by convention.
+    fn of(self, encoding: Encoding) -> Decoding {
+        match self {
+            Decoding::ScaledAsFile { scale } => Decoding::Scaled {
+                srgb: encoding == Encoding::Srgb,
+                scale,
+            },
+            known => known,
+        }
+    }
+
     fn apply<V: TextureValue>(self, stored: V, bytes: &SrgbBytes) -> V {
         match self {
             Decoding::Scaled { srgb: true, scale } => stored.map(|v| bytes.linear(v)) * scale,
-            Decoding::Scaled { srgb: false, scale } | Decoding::Power { scale, gamma: 1.0 } => {
-                stored * scale
-            }
+            Decoding::Scaled { srgb: false, scale }
+            | Decoding::ScaledAsFile { scale }
+            | Decoding::Power { scale, gamma: 1.0 } => stored * scale,
             // A negative base has no real power; such texels are black.
             Decoding::Power { scale, gamma } => (stored * scale).map(|v| v.max(0.0).powf(gamma)),
         }
@@ -125,8 +141,12 @@ impl<V: TextureValue> TextureClass<V> for Imagemap {
             Decoding::Power { scale, gamma }
         } else {
             let is_srgb = matches!(&*extension, "png" | "tga" | "jpg" | "jpeg");
+            let tells = is_srgb || matches!(&*extension, "exr" | "pfm" | "hdr");
             let srgb = reader.boolean("gamma", is_srgb);
-            Decoding::Scaled { srgb, scale }
+            match tells || reader.has("gamma") {
+                true => Decoding::Scaled { srgb, scale },
+                false => Decoding::ScaledAsFile { scale },
+            }
         };
         Imagemap {
             mapping: Mapping::from_params(reader, ctm),
@@ -164,14 +184,14 @@ impl ImageSettings {
                 self.filter,
             );
         };
+        let decoding = self.decoding.of(image.encoding);
         let (width, height) = (image.width, image.height);
         let mut texels = Vec::with_capacity(width * height);
         for t in 0..height {
             let row = if self.top_first { t } else { height - 1 - t };
-            texels.extend((0..width).map(|s| {
-                self.decoding
-                    .apply(V::from_texel(image.pixel(s, row)), &bytes)
-            }));
+            texels.extend(
+                (0..width).map(|s| decoding.apply(V::from_texel(image.pixel(s, row)), &bytes)),
+            );
         }
         Mipmap::new(width, height, texels, self.wrap, self.filter)
     }

@@ -75,7 +75,7 @@ pub(super) fn exr(bytes: &[u8]) {
 }
 
 pub(super) fn spd(bytes: &[u8]) {
-    if let Ok(samples) = spd::parse(&String::from_utf8_lossy(bytes)) {
+    if let Ok(spd::SpectrumFile { samples, .. }) = spd::parse(&String::from_utf8_lossy(bytes)) {
         assert!(samples.is_sorted_by(|a, b| a.0 < b.0));
         let color = spectrum::rgb_from_samples(&samples);
         // Values at the end of the range may sum up to more than there are numbers for.

@@ -129,6 +129,11 @@ fn errors_say_what_is_wrong() {
     assert!(error(&format!("{vertex}{face}3 0 0 7\n")).contains("vertex 7, but there are 1"));
     assert!(error(&format!("{vertex}{face}3 0 0 -1\n")).contains("vertex -1"));
     assert!(error(&format!("{vertex}{face}3 0\n")).contains("element face"));
+    let wrong = error(&format!("{vertex}{face}x 0 0\n"));
+    assert!(
+        wrong.contains("element face") && wrong.contains("near line 11"),
+        "{wrong}"
+    );
     let empty = "ply\nformat ascii 1.0\nelement thing 99999999999999\nend_header\n";
     assert!(error(empty).contains("no properties"));
     let file = load(Path::new("/nowhere/at all.ply"), &Budget::unlimited())

@@ -176,6 +176,11 @@ fn texels_are_decoded_before_or_after_as_the_dialect_says() {
             },
             2.0 * gray,
         ),
+        // A PNG.
+        (
+            Decoding::ScaledAsFile { scale: 2.0 },
+            2.0 * linear_from_srgb(gray),
+        ),
         (
             Decoding::Power {
                 scale: 2.0,
@@ -287,6 +292,23 @@ fn a_broken_image_is_reported_where_it_is_used() {
         };
         assert_eq!((span.start, *used), expected, "{users:?}");
     }
+}
+
+#[test]
+fn texels_that_are_not_finite_are_told() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.pfm");
+    let texels = [f32::INFINITY, 0.5].map(f32::to_le_bytes).concat();
+    std::fs::write(&path, [b"Pf\n2 1\n-1\n", &texels[..]].concat()).unwrap();
+    let image = || vec![Texture::Imagemap(imagemap(&path, PLAIN, false))];
+    let (_, problems) = compile(&image(), &[]);
+    let [problem] = &problems[..] else {
+        panic!("{problems:?}");
+    };
+    assert!(
+        problem.is_usable && problem.error.to_string().contains("1 texel is not finite"),
+        "{problem:?}"
+    );
 }
 
 #[test]
