@@ -95,7 +95,10 @@
 //! cli           the command line
 //! ```
 //!
-//! Dependencies point one way only (a test holds it, `tests/docs/dependencies.rs`):
+//! Small things that all of these use are in `math`, `handles`, `inputs`, `surface`, `budget`, `files`, `output`, `console` and `pages`; `forecast` tells the memory that a
+//! render will take, `denoise` calls a library where there is one.
+//!
+//! Dependencies point one way only (`tests/docs/dependencies.rs` finds cycles, and what `cli` must not use):
 //! `cli → {tradeoff, suite} → session → {build, render} → integrators → {lights, materials, media, textures, shapes, accel, cameras, samplers} → surface → math`,
 //! `cameras → optics → math`, `build → scene → params → syntax`; what is evaluated at every hit (`inputs`) is below
 //! `params` and `textures` alike.
@@ -166,8 +169,8 @@ pub use optics::models::ModelKind;
 pub use params::Dialect;
 pub use scene::dialect::DialectChoice;
 pub use session::{
-    Checkpoint, DenoiseError, Denoiser, DroppedSamples, Ended, FileError, Forecast, Frame, Live,
-    MemoryStage, MemoryUse, MergeError, Merged, OutputNames, Outputs, Policy, Prepared, Problems,
-    Process, ReadOptions, RenderOptions, Rendered, Scene, ShardError, ShardFile, Shards, Step,
-    Unfinished, merge,
+    Checkpoint, CheckpointError, DenoiseError, Denoiser, DroppedSamples, Ended, FileError,
+    Forecast, Frame, Live, MemoryStage, MemoryUse, MergeError, Merged, OutputNames, Outputs,
+    OverBudget, Plan, PlanError, Policy, Prepared, Problems, Process, ReadOptions, RenderOptions,
+    Rendered, Scene, Shard, ShardError, ShardFile, Shards, Step, Unfinished, merge,
 };

@@ -26,7 +26,7 @@ use crate::film::Tile;
 use crate::output::{self, OutputError};
 use record::Record;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, BufReader, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -48,6 +48,9 @@ pub enum CheckpointError {
     /// The file is something else.
     #[error("{}: this is no checkpoint of this version of fstop, and is not overwritten", .0.display())]
     Foreign(PathBuf),
+    /// It is of another version, or the beginning is damaged.
+    #[error("{}: this checkpoint is of another version of fstop, or damaged: remove it, or name another", .0.display())]
+    OtherVersion(PathBuf),
     /// It is of another render.
     #[error("{}: this is a checkpoint of another render: {}; remove it, or name another", .path.display(), .differences.join("; "))]
     Differs {
@@ -76,7 +79,9 @@ impl CheckpointError {
     /// Returns `true` if it might be used on another machine or later.
     pub fn is_failure(&self) -> bool {
         match self {
-            CheckpointError::Foreign(_) | CheckpointError::Differs { .. } => false,
+            CheckpointError::Foreign(_)
+            | CheckpointError::OtherVersion(_)
+            | CheckpointError::Differs { .. } => false,
             CheckpointError::Output(error) => error.is_failure(),
             CheckpointError::InUse(_) | CheckpointError::Io { .. } => true,
         }
@@ -167,10 +172,22 @@ impl Journal {
             return Err(CheckpointError::Foreign(path.to_owned()));
         }
         let failed = |source| CheckpointError::at(path, source);
-        let file = locked(path)?;
+        let mut file = locked(path)?;
+        if file.metadata().map_err(failed)?.len() == 0 {
+            // What a loss of power may leave: there is nothing in it to keep.
+            file.write_all(&journal.beginning()?).map_err(failed)?;
+            journal.lock().file = Some(file);
+            return Ok(journal);
+        }
         let found = Contents::read(BufReader::new(file.try_clone().map_err(failed)?));
         let found = found.map_err(failed)?;
-        let found = found.ok_or_else(|| CheckpointError::Foreign(path.to_owned()))?;
+        let Some(found) = found else {
+            let path = path.to_owned();
+            return Err(match begins_as_a_checkpoint(&file) {
+                true => CheckpointError::OtherVersion(path),
+                false => CheckpointError::Foreign(path),
+            });
+        };
         let differences = (keep.identity)().differences(&found.identity);
         if differences.is_empty() {
             // Only now: the file of another render stays as it is.
@@ -323,14 +340,19 @@ impl Journal {
         }
     }
 
-    fn created(&self) -> Result<File, CheckpointError> {
+    /// What a file begins with.
+    fn beginning(&self) -> Result<Vec<u8>, CheckpointError> {
         let header = Header {
             identity: (self.identity)(),
             image: self.facts.clone(),
         };
         let header = serde_json::to_vec(&header);
         let header = header.map_err(|error| CheckpointError::at(&self.path, error.into()))?;
-        let bytes = [MAGIC, &record::framed(&header)].concat();
+        Ok([MAGIC, &record::framed(&header)].concat())
+    }
+
+    fn created(&self) -> Result<File, CheckpointError> {
+        let bytes = self.beginning()?;
         let written = match self.replaces {
             true => output::write(&self.path, &bytes),
             false => output::create(&self.path, &bytes),
@@ -410,6 +432,14 @@ fn append_whole(file: &mut File, bytes: &[u8]) -> io::Result<()> {
         file.set_len(end)?;
         Err(error)
     })
+}
+
+/// Returns `true` if a file begins as those of all versions do.
+fn begins_as_a_checkpoint(mut file: &File) -> bool {
+    let common = b"fstop checkpoint ";
+    let mut begin = [0; 17];
+    let read = file.rewind().and_then(|()| file.read_exact(&mut begin));
+    read.is_ok() && begin == *common
 }
 
 /// How often a file is asked for that another holds, and how long after each time: a process that this one just starts holds its files

@@ -79,7 +79,7 @@ impl Plan {
     /// Writes it.
     ///
     /// # Errors
-    /// See [`output::write`].
+    /// A file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         let text = serde_json::to_vec(self).unwrap_or_default();
         output::write(path, &text)

@@ -1,4 +1,4 @@
-//! Exit codes: whoever runs many renders tells by them what to do next. Those from 70 on are of sysexits.h.
+//! Exit codes: scripts tell by them what to do next. Those from 70 on are of sysexits.h.
 
 /// The answer of a question is no; or there is an image in spite of errors (`--keep-going`).
 pub(crate) const ANSWER_IS_NO: u8 = 1;

@@ -125,7 +125,7 @@ struct Log {
 }
 
 impl Log {
-    /// Is it time for a line? Then the next one is due after this.
+    /// Returns `true` if a line is due, and the next one then is due after this.
     fn is_due(&self, elapsed: Duration, share: f64) -> bool {
         // A panic elsewhere cannot have left these two numbers inconsistent.
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);

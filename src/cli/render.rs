@@ -307,11 +307,11 @@ fn render_scene(args: &RenderArgs, events: Option<&Events>) -> Result<Flaws, End
     let (outputs, problems) = scene.outputs(&names)?;
     let read = scene.files_read();
     let shards = args.shard.range()?;
-    args.checkpoint.check(&outputs)?;
+    args.checkpoint.check(&outputs, &read)?;
     if shards.is_none() {
         checkpoint::check_unfinished(&outputs, &read)?;
     }
-    args.live.check(&outputs, &read)?;
+    args.live.check(&outputs, &read, &args.checkpoint)?;
     args.print(&problems);
     scene.check_later_frames(options.threads)?;
     warn_of_no_effect(args, &outputs, shards.is_some());

@@ -53,6 +53,7 @@ fn quality(rendered: &Rendered) -> String {
             100.0 * error,
             promised(rendered)
         ),
+        None if rendered.spp < 1.0 => "unknown error (not every pixel has a sample)".to_string(),
         None if rendered.is_black() => "no light was found".to_string(),
         None => "unknown error (no noise was found)".to_string(),
     };

@@ -11,7 +11,7 @@
 //!
 //! ```
 //! use fstop::film::{Film, FilmSpec, PixelBounds};
-//! use fstop::math::{Rgb, UVec2};
+//! use fstop::glam::{UVec2, Vec3 as Rgb};
 //!
 //! let spec = FilmSpec { resolution: UVec2::new(4, 2), ..FilmSpec::default() };
 //! let mut film = Film::new(&spec);
@@ -73,7 +73,8 @@ pub use pixels::PixelStatistics;
 pub use read::{LoadedImage, ReadError, read, read_within};
 pub use spec::{FilmError, FilmSpec};
 use splat_variances::SplatVariances;
-pub use splats::{DroppedSplat, MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS, SplatBuffer, Splats};
+pub use splats::{DroppedSplat, SplatBuffer, Splats};
+pub(crate) use splats::{MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS};
 pub(crate) use stored_splats::STORED_PIXEL;
 pub use tile::{DroppedSample, Tile};
 pub use write::{
@@ -99,21 +100,54 @@ pub struct Film {
     first_dropped_splat: Option<DroppedSplat>,
 }
 
-/// Bytes that a pixel takes while an image is rendered, without and with variances: its color, and those of its halves. In the file
-/// it has as many before these are compressed.
-pub const MEMORY_OF_PIXEL: [u64; 2] = [OF_COLOR, 3 * OF_COLOR];
+/// How an image is rendered, as far as the memory of its pixels depends on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Accumulation {
+    /// Each tile once.
+    #[default]
+    Once,
+    /// With variances.
+    WithVariances,
+    /// With `--error` or `--time`: in two halves, pass by pass.
+    InPasses,
+}
 
-/// The same with `--error` or `--time`: in two halves with the tiles of one that are done, or in two halves, in their mean, and in the
-/// image.
-pub const MEMORY_OF_PASSES: u64 = 3 * OF_STATISTICS + 3 * OF_COLOR;
+impl Accumulation {
+    /// All of them.
+    pub const ALL: [Accumulation; 3] = [
+        Accumulation::Once,
+        Accumulation::WithVariances,
+        Accumulation::InPasses,
+    ];
 
-/// The same where paths are traced from the lights: in the film and the image.
-pub const MEMORY_OF_LIT_PIXEL: u64 = OF_STATISTICS + OF_COLOR + MEMORY_OF_SPLATS;
+    /// Bytes that a pixel takes while an image is rendered, at most: its color, those of its halves, and its `layers`. `is_lit`: paths are traced from
+    /// the lights.
+    pub(crate) fn memory_of_pixel(self, is_lit: bool, layers: LayerSet) -> u64 {
+        let sums = layers.memory_of_sums();
+        // Splats are kept by layers of light, too.
+        let splats = MEMORY_OF_SPLATS * (1 + layers.lights() as u64);
+        // Two halves with the tiles of one that are done, or two halves, their mean, and the image.
+        let halves = 3 * (OF_STATISTICS + OF_COLOR + sums);
+        let of_film = match (self, is_lit) {
+            // The sums of finished tiles are kept where those of colors are.
+            (Accumulation::Once, false) => OF_COLOR,
+            (Accumulation::WithVariances, false) => 3 * OF_COLOR,
+            (Accumulation::InPasses, false) => halves,
+            (Accumulation::Once, true) => OF_STATISTICS + OF_COLOR + sums + splats,
+            (Accumulation::WithVariances | Accumulation::InPasses, true) => halves + 2 * splats,
+        };
+        of_film + layers.memory_of_image()
+    }
 
-/// The same in two halves.
-pub const MEMORY_OF_LIT_HALVES: u64 = MEMORY_OF_PASSES + 2 * MEMORY_OF_SPLATS;
+    /// Bytes of a pixel in the file before these are compressed.
+    pub(crate) fn memory_of_file(self, layers: LayerSet) -> u64 {
+        let colors = if self == Accumulation::Once { 1 } else { 3 };
+        colors * OF_COLOR + layers.memory_of_image()
+    }
+}
 
-const OF_STATISTICS: u64 = size_of::<PixelStatistics>() as u64;
+/// Bytes of a pixel's sums.
+pub(crate) const OF_STATISTICS: u64 = size_of::<PixelStatistics>() as u64;
 
 const OF_COLOR: u64 = size_of::<Rgb>() as u64;
 

@@ -110,7 +110,7 @@ pub fn read_within(path: &Path, budget: &Budget) -> Result<LoadedImage, ReadErro
         },
         spp: number(&layer.attributes.other, "spp"),
         runs: number(&layer.attributes.other, "runs"),
-        freedom: number(&layer.attributes.other, "degreesOfFreedom").map(f64::from),
+        freedom: real(&layer.attributes.other, "degreesOfFreedom"),
         pool: number(&layer.attributes.other, "variancePool").filter(|&side| side > 0),
         light_paths: light_paths(&layer.attributes.other),
         denoised: text(&layer.attributes.other, "denoised"),
@@ -208,8 +208,28 @@ fn number(attributes: &HashMap<Text, AttributeValue>, name: &str) -> Option<u32>
     let value = attributes.get(&Text::from_slice_unchecked(name.as_bytes()))?;
     match value {
         AttributeValue::I32(n) => u32::try_from(*n).ok(),
-        AttributeValue::F32(x) if *x >= 0.0 => Some(*x as u32),
+        // 2³², the first that does not fit.
+        AttributeValue::F32(x) if (0.0..4_294_967_296.0).contains(x) && x.fract() == 0.0 => {
+            Some(*x as u32)
+        }
         AttributeValue::Text(t) => std::str::from_utf8(t.as_slice()).ok()?.trim().parse().ok(),
         _ => None,
     }
+}
+
+/// A finite number of at least 0, encoded in the same ways.
+fn real(attributes: &HashMap<Text, AttributeValue>, name: &str) -> Option<f64> {
+    let value = attributes.get(&Text::from_slice_unchecked(name.as_bytes()))?;
+    let value = match value {
+        AttributeValue::I32(n) => f64::from(*n),
+        AttributeValue::F32(x) => f64::from(*x),
+        AttributeValue::F64(x) => *x,
+        AttributeValue::Text(t) => std::str::from_utf8(t.as_slice())
+            .ok()?
+            .trim()
+            .parse()
+            .ok()?,
+        _ => return None,
+    };
+    (value >= 0.0 && value.is_finite()).then_some(value)
 }

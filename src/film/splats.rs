@@ -25,13 +25,13 @@ const LARGEST: u32 = 87;
 const FRACTION_OF_SQUARE: i32 = 36;
 
 /// The farthest that the point is moved either way: lights up to 2¹⁰⁰ times as strong as 1.
-const MOST_SCALE: i32 = 100;
+const MAX_SCALE: i32 = 100;
 
 /// Bytes that a pixel's splats take.
-pub const MEMORY_OF_SPLATS: u64 = size_of::<Sums>() as u64;
+pub(crate) const MEMORY_OF_SPLATS: u64 = size_of::<Sums>() as u64;
 
-/// Bytes of those that a thread collects.
-pub const MEMORY_OF_SPLAT_BUFFER: u64 = (SplatBuffer::FULL * size_of::<(u32, Rgb)>()) as u64;
+/// Bytes of the buffer in which a thread collects them.
+pub(crate) const MEMORY_OF_SPLAT_BUFFER: u64 = (SplatBuffer::ROOM * size_of::<(u32, Rgb)>()) as u64;
 
 /// Contributions to one pixel: their sum and that of their squares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,7 +88,7 @@ impl Splats {
     pub fn new(bounds: PixelBounds, scale: i32, lights: usize) -> Splats {
         Splats {
             bounds,
-            scale: scale.clamp(-MOST_SCALE, MOST_SCALE),
+            scale: scale.clamp(-MAX_SCALE, MAX_SCALE),
             pixels: vec![Sums::default(); bounds.area() * (1 + lights)],
             paths: PathSet::default(),
             dropped: 0,
@@ -210,6 +210,9 @@ impl SplatBuffer {
     /// Splats in a full buffer: 1 MiB of them.
     const FULL: usize = 1 << 16;
 
+    /// Room for what comes between two looks at it, so that no path makes it grow, unless it brings very much.
+    const ROOM: usize = 2 * SplatBuffer::FULL;
+
     /// Ranges of path numbers in a full buffer.
     const FULL_OF_RANGES: usize = 1 << 8;
 
@@ -219,8 +222,7 @@ impl SplatBuffer {
             bounds,
             has_layers,
             max_luminance,
-            // Room for what comes between two looks at it, so that no path makes it grow, unless it brings very much.
-            splats: Vec::with_capacity(2 * SplatBuffer::FULL),
+            splats: Vec::with_capacity(SplatBuffer::ROOM),
             paths: Vec::with_capacity(2 * SplatBuffer::FULL_OF_RANGES),
             dropped: 0,
             first_dropped: None,

@@ -13,12 +13,8 @@ pub use process::Process;
 
 use crate::accel::memory;
 use crate::files::FileError;
-use crate::film::{
-    MEMORY_OF_LIT_HALVES, MEMORY_OF_LIT_PIXEL, MEMORY_OF_PASSES, MEMORY_OF_PIXEL,
-    MEMORY_OF_SPLAT_BUFFER, MEMORY_OF_SPLATS, pixels_encoded,
-};
+use crate::film::{Accumulation, MEMORY_OF_SPLAT_BUFFER, pixels_encoded};
 use crate::lights::{Light, MEMORY_OF_EMITTER};
-use crate::materials::Material;
 use crate::render::threads_started;
 use crate::scene::Frame;
 use crate::scene::description::ShapeEntity;
@@ -119,38 +115,18 @@ pub fn of(frame: &Frame, before: &Process) -> Result<Forecast, FileError> {
         peak.ok_or_else(|| FileError::from("there is nothing to render".to_string()))
     };
     let layers = frame.layers(frame.options.film.layers);
-    let (sums, image) = (layers.memory_of_sums(), layers.memory_of_image());
-    let pixels = match found.splat_buffers {
-        // The sums of finished tiles are kept where those of colors are.
-        0 => [
-            MEMORY_OF_PIXEL[0],
-            MEMORY_OF_PIXEL[1],
-            MEMORY_OF_PASSES + 3 * sums,
-        ],
-        _ => {
-            // Splats are kept by layers of light, too.
-            let splats = layers.lights() as u64 * MEMORY_OF_SPLATS;
-            let halves = MEMORY_OF_LIT_HALVES + 3 * sums + 2 * splats;
-            [MEMORY_OF_LIT_PIXEL + sums + splats, halves, halves]
-        }
-    };
-    let [color, variances] = MEMORY_OF_PIXEL;
-    let files = [color, variances, variances];
-    let [without, with_variance, in_passes] =
-        [0, 1, 2].map(|i| peak([pixels[i], files[i]].map(|bytes| bytes + image)));
+    let is_lit = found.splat_buffers > 0;
+    let [without, with_variance, in_passes] = Accumulation::ALL.map(|how| {
+        peak([
+            how.memory_of_pixel(is_lit, layers),
+            how.memory_of_file(layers),
+        ])
+    });
     Ok(Forecast {
         peak: without?,
         with_variance: with_variance?,
         in_passes: in_passes?,
     })
-}
-
-/// Returns `true` if paths from the lights may bring light to pixels.
-fn may_trace_light(frame: &Frame) -> bool {
-    let spec = &frame.options.integrator.spec;
-    let mut materials = frame.materials.iter();
-    let ghosts = frame.options.camera.has_ghosts() && spec.has_light_pass();
-    ghosts || spec.traces_light() || spec.may_be_assisted() && materials.any(Material::may_focus)
 }
 
 /// What the stages consist of, in bytes.
@@ -196,7 +172,7 @@ impl Found {
             pixels,
             encoded: pixels_encoded(window.size(), threads),
             photons: frame.options.integrator.spec.memory(pixels),
-            splat_buffers: match may_trace_light(frame) {
+            splat_buffers: match frame.may_trace_light() {
                 true => MEMORY_OF_SPLAT_BUFFER * threads as u64,
                 false => 0,
             },

@@ -13,6 +13,8 @@ mod problems;
 mod rendered;
 mod shards;
 
+pub use crate::budget::OverBudget;
+pub use crate::checkpoint::{CheckpointError, Plan, PlanError, Shard};
 pub use crate::denoise::{DenoiseError, Denoiser};
 pub use crate::files::FileError;
 pub use crate::forecast::{Forecast, Process, Stage as MemoryStage, Use as MemoryUse};
@@ -28,7 +30,7 @@ pub use shards::{ShardError, ShardFile, Shards, Unfinished};
 pub(crate) use crate::budget::{Bytes, parse_size};
 use crate::build::{self, PreparedScene};
 use crate::cameras::CameraSpec;
-use crate::checkpoint::{CheckpointError, Identity, Journal, Keep};
+use crate::checkpoint::{Identity, Journal, Keep};
 use crate::film;
 use crate::film::{Encoding, FilmMetadata, Layer, LayerSet, Manifest, NO_GROUP};
 use crate::forecast;
@@ -97,8 +99,8 @@ impl Scene {
         &self.problems
     }
 
-    /// The memory that rendering each frame will take at most; the scene was read since `before`, when [`Process::measured`]
-    /// was called. Nothing is loaded: files are known by their headers.
+    /// The memory that rendering each frame will take at most, with one thread for each processor of this machine; the scene was read since
+    /// `before`, when [`Process::measured`] was called. Nothing is loaded: files are known by their headers.
     ///
     /// # Errors
     /// A file that cannot be used, by name.
@@ -222,7 +224,7 @@ impl Frame {
     /// A checkpoint of another render, or one that cannot be made. Files that cannot be used, what memory has no room for, and whatever else the policy refuses; a crop window
     /// without a pixel; threads that the system does not give.
     pub fn prepare(mut self, options: &RenderOptions) -> Result<Prepared, Problems> {
-        let light_layers = self.settle(options).map_err(Problems::one)?;
+        let light_layers = self.apply_options(options).map_err(Problems::one)?;
         let Frame { about, frame } = self;
         let scene_options = frame.options.clone();
         let wanted = frame.options.film.layers;
@@ -240,7 +242,7 @@ impl Frame {
         }
         scene.metadata.light_layers = light_layers;
         if let Some(names) = &names {
-            name_things(&mut scene, names);
+            set_cryptomatte_names(&mut scene, names);
         }
         // Last, so that no checkpoint gives way to a render that never starts.
         let identity = about.identity(&scene_options.film, options);
@@ -261,11 +263,11 @@ impl Frame {
     }
 
     /// Applies the options, as far as they suit the frame. Returns the names of the layers of light.
-    fn settle(&mut self, options: &RenderOptions) -> Result<Vec<String>, String> {
+    fn apply_options(&mut self, options: &RenderOptions) -> Result<Vec<String>, String> {
         options.apply(&mut self.frame)?;
         if self.frame.options.integrator.spec.gathers_photons() {
-            promise_nothing(options)?;
-            see_nothing(&self.frame.options.film)?;
+            refuse_confidence_with_photons(options)?;
+            refuse_layers_with_photons(&self.frame.options.film)?;
         }
         Ok(light_layers(&self.frame)?)
     }
@@ -301,7 +303,7 @@ impl About {
 }
 
 /// No bound on the error of `sppm`: pixels that share photons do not tell each other's noise.
-fn promise_nothing(options: &RenderOptions) -> Result<(), &'static str> {
+fn refuse_confidence_with_photons(options: &RenderOptions) -> Result<(), &'static str> {
     match options.confidence {
         Some(_) => Err(
             "--confidence: pixels of `sppm` share photons, so that their differences do not tell how sure the error is: \
@@ -327,8 +329,8 @@ fn light_layers(frame: &scene::Frame) -> Result<Vec<String>, &'static str> {
     }
 }
 
-/// Lets Cryptomattes know things by their names.
-fn name_things(scene: &mut PreparedScene, names: &Names) {
+/// Gives Cryptomattes the names of materials, shapes and instances.
+fn set_cryptomatte_names(scene: &mut PreparedScene, names: &Names) {
     let Names {
         materials,
         shapes,
@@ -345,8 +347,8 @@ fn name_things(scene: &mut PreparedScene, names: &Names) {
 const NO_MOTION: &str = "--aov motion: of this camera it is not known where on its film a point of the scene is seen (it is placed by a \
     projection, imitates pbrt-v2, or its lens is not the traced one): leave the layer out";
 
-/// Nor layers: its camera paths gather photons and make no others.
-fn see_nothing(film: &film::FilmSpec) -> Result<(), String> {
+/// `sppm` has no layers: its camera paths gather photons, and there are no others.
+fn refuse_layers_with_photons(film: &film::FilmSpec) -> Result<(), String> {
     match film.layers {
         LayerSet::NONE => Ok(()),
         layers => Err(format!(
@@ -379,6 +381,10 @@ fn journal(
     match Journal::open(&keep) {
         Err(CheckpointError::Differs { differences, .. }) if !checkpoint.required => {
             Ok((Some(Journal::replacing(&keep)), differences))
+        }
+        Err(CheckpointError::OtherVersion(_)) if !checkpoint.required => {
+            let difference = "it is of another version of fstop, or damaged".to_string();
+            Ok((Some(Journal::replacing(&keep)), vec![difference]))
         }
         opened => Ok((Some(opened?), Vec::new())),
     }

@@ -1,7 +1,7 @@
 //! What a caller decides about reading and rendering a scene.
 
 use crate::cameras::{CameraChoices, Compat};
-use crate::film::{Encoding, FilmSpec, Layer, LayerSet};
+use crate::film::{Accumulation, Encoding, FilmSpec, Layer, LayerSet};
 use crate::optics::models::ModelKind;
 use crate::render::{Goal, TILE_SIZE};
 use crate::scene::dialect::DialectChoice;
@@ -89,9 +89,9 @@ impl ReadOptions {
 pub struct RenderOptions {
     /// Samples a pixel, instead of the scene's; with `error` or `time` the most.
     pub spp: Option<u32>,
-    /// Render until the image's estimated relative error is this.
+    /// Render until the image's estimated relative error is at most this, a positive number.
     pub error: Option<f64>,
-    /// With `error`: only when the true error is as small with this confidence, a probability above one half.
+    /// With `error`: only when the true error is as small with this confidence, a probability of at least a half and below one.
     pub confidence: Option<f64>,
     /// Render until this time has passed since the first sample.
     pub time: Option<Duration>,
@@ -173,6 +173,7 @@ impl RenderOptions {
     }
 
     pub(super) fn apply(&self, frame: &mut Frame) -> Result<(), String> {
+        self.check_goal()?;
         if self.quick {
             frame.make_quick();
         }
@@ -182,6 +183,11 @@ impl RenderOptions {
             options.sampler = options.sampler.clone().with_spp(spp);
         }
         self.change(&mut options.film)?;
+        options.accumulation = match (self.goal().is_some(), self.variance) {
+            (true, _) => Accumulation::InPasses,
+            (false, true) => Accumulation::WithVariances,
+            (false, false) => Accumulation::Once,
+        };
         if self.denoise && !options.integrator.spec.gathers_photons() {
             let layers = options.film.layers;
             options.film.layers = layers.with(Layer::Albedo).with(Layer::Normal);
@@ -192,6 +198,19 @@ impl RenderOptions {
         }
         frame.options.film.layers = frame.layers(wanted);
         Ok(())
+    }
+
+    /// A goal that no image can reach would be tried for ever.
+    fn check_goal(&self) -> Result<(), &'static str> {
+        let is_error = |error: f64| error > 0.0 && error.is_finite();
+        let is_confidence = |share: f64| (0.5..1.0).contains(&share);
+        match (self.error, self.confidence) {
+            (Some(error), _) if !is_error(error) => Err("--error: expected a positive number"),
+            (_, Some(share)) if !is_confidence(share) => {
+                Err("--confidence: expected a probability of at least a half and below one")
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The film of a frame that the options have not been applied to.

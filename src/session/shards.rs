@@ -119,7 +119,7 @@ impl Frame {
     /// Refuses a frame that cannot be rendered in shards with these options, as far as is known before its files are loaded.
     pub(crate) fn check_shards(mut self, options: &RenderOptions) -> Result<(), Problems> {
         let divisible = self.is_divisible(options);
-        let settled = divisible.and_then(|()| self.settle(options));
+        let settled = divisible.and_then(|()| self.apply_options(options));
         settled.map(drop).map_err(Problems::one)
     }
 

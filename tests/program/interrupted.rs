@@ -366,7 +366,29 @@ fn a_checkpoint_knows_what_it_is_of() {
         assert!(run.stderr.contains(said), "{}", run.stderr);
     }
 
-    for foreign in ["", "fstop", "fstop checkpoint 1\n", "a letter to my sister"] {
+    // As a loss of power may leave it.
+    std::fs::write(&checkpoint, "").expect("a file");
+    let run = render(&scene, &output, &more);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(std::fs::read(&output).expect("the image") == expected);
+    assert!(!checkpoint.exists());
+
+    // Of another version: refused where it must agree, else replaced.
+    let other = "fstop checkpoint 1\n and more";
+    std::fs::write(&checkpoint, other).expect("a file");
+    let run = render(&scene, &output, &more);
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert_eq!(std::fs::read_to_string(&checkpoint).expect("a file"), other);
+    let run = render(&scene, &output, &more[..4]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("of another version of fstop"),
+        "{}",
+        run.stderr
+    );
+    assert!(std::fs::read(&output).expect("the image") == expected);
+
+    for foreign in ["fstop", "a letter to my sister"] {
         std::fs::write(&checkpoint, foreign).expect("a file");
         let run = render(&scene, &output, &more);
         assert_eq!(run.code, 2, "{}", run.stderr);
@@ -405,4 +427,104 @@ fn a_checkpoint_that_cannot_be_made_is_refused_first() {
     }
     assert!(folder.names().is_empty());
     assert!(start.elapsed() < Duration::from_secs(60));
+}
+
+/// A limit of the size of files is as a full disk: the exit code says so, and nothing is left under the image's name.
+#[cfg(unix)]
+#[test]
+fn a_limit_of_the_size_of_files_is_told() {
+    let folder = Folder::new();
+    let output = folder.path("a.exr").display().to_string();
+    let line = r#"ulimit -f 2; TMPDIR="$3" exec "$0" render "$1" -o "$2" --spp 1 --quiet"#;
+    let run = { Command::new("sh") }
+        .args(["-c", line, env!("CARGO_BIN_EXE_fstop")])
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(BOX))
+        .args([&output, &folder.path("").display().to_string()])
+        .current_dir(folder.path(""))
+        .output()
+        .expect("a shell");
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(74), "{said}");
+    assert!(said.contains("cannot write"), "{said}");
+    assert!(folder.names().is_empty(), "{:?}", folder.names());
+}
+
+/// Where nobody reads what is written, a second interrupt ends the program; two at once are one.
+#[cfg(unix)]
+#[test]
+fn a_second_interrupt_ends_it() {
+    let has_pipes = |output: &Path| {
+        Command::new("mkfifo")
+            .arg(output)
+            .status()
+            .is_ok_and(|s| s.success())
+    };
+    let folder = Folder::new();
+    let output = folder.path("a.exr");
+    if !is_heard("-INT") || !has_pipes(&output) {
+        return;
+    }
+    let mut child = { Command::new(env!("CARGO_BIN_EXE_fstop")) }
+        .args(["render", LENS, "-o"])
+        .arg(&output)
+        .args(["--spp", "1"])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program");
+    // A handful of pixels: long before this it waits for a reader.
+    std::thread::sleep(Duration::from_secs(2));
+    let id = child.id().to_string();
+    let mut interrupt = || {
+        let sent = Command::new("kill").args(["-INT", &id]).status();
+        assert!(sent.expect("kill").success());
+        std::thread::sleep(Duration::from_millis(50));
+        child.try_wait().expect("a child")
+    };
+    assert!(interrupt().is_none() && interrupt().is_none(), "it waits");
+    std::thread::sleep(Duration::from_millis(400));
+    let start = Instant::now();
+    let mut ended = interrupt();
+    while ended.is_none() && start.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(20));
+        ended = child.try_wait().expect("a child");
+    }
+    let _ = child.kill();
+    assert_eq!(ended.and_then(|status| status.code()), Some(130));
+}
+
+/// However a folder is spelled, no output takes another one's place.
+#[cfg(unix)]
+#[test]
+fn outputs_are_told_apart_by_their_places() {
+    let folder = Folder::new();
+    std::os::unix::fs::symlink(folder.path(""), folder.path("link")).expect("a link");
+    let path = |name: &str| folder.path(name).display().to_string();
+    let (plain, linked) = (path("a.exr"), path("link/a.exr"));
+    for (more, said) in [
+        (vec!["--checkpoint", &linked], "an image is written there"),
+        (vec!["--stats", &linked], "an image is written there"),
+        (
+            vec!["--stats", &path("link/a.exr.fsc")],
+            "the checkpoint has this name",
+        ),
+        (
+            vec!["--checkpoint", &path("c"), "--stats", &path("link/c")],
+            "the checkpoint has this name",
+        ),
+        (vec!["--png", &path("a.partial.png")], ""),
+        (vec!["--checkpoint", BOX], "one of the files that are read"),
+    ] {
+        let run = fstop([&["render", BOX, "-o", &plain, "--spp", "1"], &more[..]].concat());
+        let is_refused = run.code == 2 && run.stderr.contains(said);
+        assert!(
+            is_refused || said.is_empty() && run.code == 0,
+            "{more:?}: {}",
+            run.stderr
+        );
+    }
+    let png = path("b.png");
+    let more = ["--png", &path("b.partial.png")];
+    let run = fstop([&["render", BOX, "-o", &png, "--spp", "1"], &more[..]].concat());
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(Path::new(BOX).exists());
 }

@@ -306,6 +306,18 @@ fn a_killed_shard_is_continued() {
     assert!(bytes(&reference) == bytes(&merged));
 }
 
+/// A loss of power may leave a file with nothing in it.
+#[test]
+fn an_empty_file_is_no_shard_yet() {
+    let folder = Folder::new();
+    let [first, second] = [0, 1].map(|shard| files(&folder, 2)[shard].clone());
+    std::fs::write(&first, "").expect("a file");
+    let output = folder.path("a.exr");
+    shards(GAUSS, &output, "1-2/2", &["--spp", "1"]);
+    let run = merge(&[first, second], &output, &[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+}
+
 /// What does not belong together is named.
 #[test]
 fn mixtures_are_refused() {

@@ -7,6 +7,7 @@ mod viewer;
 
 pub(super) use statistics::Times;
 
+use super::checkpoint::CheckpointArgs;
 use super::events;
 use super::goal::duration;
 use super::messages::Failure;
@@ -14,6 +15,7 @@ use crate::output::{self, OutputError, numbered};
 use crate::session::{Outputs, Prepared, Rendered};
 use clap::Args;
 use partial::Partial;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use viewer::Viewer;
@@ -51,24 +53,39 @@ pub(super) struct Onlookers {
 }
 
 impl LiveArgs {
-    /// Refuses a file of statistics that cannot be written, or is one of those that are `read`, or that an image is written over.
-    pub(super) fn check(&self, outputs: &[Outputs], read: &[PathBuf]) -> Result<(), Failure> {
-        for number in 1..=outputs.len() {
-            let Some(path) = self.stats_of(number) else {
-                break;
-            };
-            let place = |path: &Path| std::path::absolute(path).ok();
-            let mut images = outputs.iter().flat_map(Outputs::paths);
-            if images.any(|image| place(image) == place(&path)) {
-                let path = path.display();
-                return Err(format!("--stats {path}: an image is written there").into());
-            }
-            let checked = output::check(&path)
-                .and_then(|()| output::check_apart(&[&path], read))
-                .map_err(Failure::from);
-            checked.map_err(|failure| failure.said(|why| format!("--stats {why}")))?;
+    /// Refuses a file of statistics that cannot be written, or is one of those that are `read`, or that an image or a checkpoint is written over.
+    pub(super) fn check(
+        &self,
+        outputs: &[Outputs],
+        read: &[PathBuf],
+        checkpoint: &CheckpointArgs,
+    ) -> Result<(), Failure> {
+        if self.stats.is_none() {
+            return Ok(());
         }
-        Ok(())
+        let images = outputs.iter().flat_map(Outputs::paths);
+        let images: BTreeSet<PathBuf> = images.filter_map(output::resolved).collect();
+        let checkpoints = checkpoint.places(outputs);
+        let numbers = 1..=outputs.len();
+        let all: Vec<PathBuf> = numbers.filter_map(|number| self.stats_of(number)).collect();
+        let said = |failure: Failure| failure.said(|why| format!("--stats {why}"));
+        for path in &all {
+            let place = output::resolved(path);
+            let is_in =
+                |taken: &BTreeSet<PathBuf>| place.as_ref().is_some_and(|p| taken.contains(p));
+            let why = match (is_in(&images), is_in(&checkpoints)) {
+                (true, _) => "an image is written there",
+                (false, true) => "the checkpoint has this name",
+                (false, false) => {
+                    output::check(path).map_err(Failure::from).map_err(said)?;
+                    continue;
+                }
+            };
+            let path = path.display();
+            return Err(format!("--stats {path}: {why}").into());
+        }
+        let checked = output::check_apart(&all, read).map_err(Failure::from);
+        checked.map_err(said)
     }
 
     fn stats_of(&self, number: usize) -> Option<PathBuf> {
