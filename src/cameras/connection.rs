@@ -246,6 +246,7 @@ impl Camera {
     }
 
     /// The camera at `time`, the camera-space point at `p`, and how it is seen, without traced lenses.
+    #[inline(always)]
     fn seen(&self, p: Vec3, time: f32, lens: Vec2) -> Option<(Cow<'_, Placement>, DVec3, Hit)> {
         let placement = match self {
             Camera::Projective(c) => c.placement(time)?,

@@ -183,6 +183,7 @@ impl Projective {
     }
 
     /// How the camera-space point `x` is seen through the point of the lens for `u`; `None` where it is not.
+    #[inline]
     pub(super) fn hit(&self, x: DVec3, u: Vec2) -> Option<Hit> {
         let lens = self.spec.lens.point(u);
         let turn = self.spec.lens.turn(lens);

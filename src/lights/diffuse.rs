@@ -246,7 +246,7 @@ impl LightType for DiffuseAreaLight {
     }
 
     /// Looks at the emitter from six sides to see roughly where it lies and whether it is flat.
-    fn reach(&self) -> LightBounds {
+    fn bounds(&self) -> LightBounds {
         // From one point of a sphere, this far away is outside it; a piece of a plane cannot be
         // seen edge-on from all of these at once.
         let size = 2.0 * (self.emitter.area() as f32).sqrt();

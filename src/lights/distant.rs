@@ -88,7 +88,7 @@ impl LightType for DistantLight {
         PI * scene_radius * scene_radius * self.irradiance
     }
 
-    fn reach(&self) -> LightBounds {
+    fn bounds(&self) -> LightBounds {
         LightBounds::everywhere(self.irradiance)
     }
 }

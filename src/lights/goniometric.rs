@@ -153,7 +153,7 @@ impl LightType for GoniometricLight {
         4.0 * PI * self.intensity * self.mean
     }
 
-    fn reach(&self) -> LightBounds {
+    fn bounds(&self) -> LightBounds {
         LightBounds::point(self.p, self.intensity * self.mean)
     }
 }

@@ -148,7 +148,7 @@ impl LightType for InfiniteLight {
         self.samples
     }
 
-    fn reach(&self) -> LightBounds {
+    fn bounds(&self) -> LightBounds {
         // Irradiance under a sky of this mean radiance.
         LightBounds::everywhere(PI * self.mean())
     }

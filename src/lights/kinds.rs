@@ -186,8 +186,8 @@ macro_rules! light_types {
             }
 
             /// Roughly where, and how strongly, the light arrives.
-            pub(super) fn reach(&self) -> LightBounds {
-                match self { $(Light::$Type(l) => l.reach(),)* $(Light::$Area(l) => l.reach(),)* }
+            pub(super) fn bounds(&self) -> LightBounds {
+                match self { $(Light::$Type(l) => l.bounds(),)* $(Light::$Area(l) => l.bounds(),)* }
             }
         }
     };

@@ -44,11 +44,11 @@ impl Lanes {
         Lanes([Half::empty(), Half::empty()])
     }
 
-    /// Puts a reach into a lane. Distances below `min_distance`, or half the box's diagonal, do not
+    /// Puts bounds into a lane. Distances below `min_distance`, or half the box's diagonal, do not
     /// count as nearer.
-    pub(super) fn set(&mut self, lane: usize, reach: &LightBounds, min_distance: f32) {
+    pub(super) fn set(&mut self, lane: usize, bounds: &LightBounds, min_distance: f32) {
         if let Some(half) = self.0.get_mut(lane / HALF) {
-            half.set(lane % HALF, reach, min_distance);
+            half.set(lane % HALF, bounds, min_distance);
         }
     }
 
@@ -91,27 +91,27 @@ impl Half {
     }
 
     /// See [`Lanes::set`].
-    fn set(&mut self, lane: usize, reach: &LightBounds, min_distance: f32) {
+    fn set(&mut self, lane: usize, bounds: &LightBounds, min_distance: f32) {
         let put = |lanes: &mut f32x4, value: f32| {
             if let Some(slot) = lanes.as_mut_array().get_mut(lane) {
                 *slot = value;
             }
         };
-        let center = reach.center();
+        let center = bounds.center();
         for axis in 0..3 {
             put(&mut self.center[axis], center[axis]);
-            put(&mut self.axis[axis], reach.axis[axis]);
+            put(&mut self.axis[axis], bounds.axis[axis]);
         }
-        let radius = 0.5 * reach.diagonal2().sqrt();
+        let radius = 0.5 * bounds.diagonal2().sqrt();
         let least = radius.max(min_distance);
         put(&mut self.radius, radius);
         put(&mut self.most, 1.0 / (least * least).max(f32::MIN_POSITIVE));
-        put(&mut self.intensity, reach.intensity);
-        let (sin, cos) = reach.spread.sin_cos();
+        put(&mut self.intensity, bounds.intensity);
+        let (sin, cos) = bounds.spread.sin_cos();
         put(&mut self.cos_spread, cos);
         put(&mut self.sin_spread, sin);
-        put(&mut self.cos_falloff, reach.falloff.cos());
-        put(&mut self.everywhere, reach.everywhere);
+        put(&mut self.cos_falloff, bounds.falloff.cos());
+        put(&mut self.everywhere, bounds.everywhere);
     }
 
     /// See [`Lanes::at`].
@@ -152,9 +152,9 @@ mod tests {
     use super::*;
     use crate::math::Rgb;
 
-    fn estimate(reach: &LightBounds, p: Vec3, n: Vec3) -> f32 {
+    fn estimate(bounds: &LightBounds, p: Vec3, n: Vec3) -> f32 {
         let mut lanes = Lanes::empty();
-        lanes.set(3, reach, 0.0);
+        lanes.set(3, bounds, 0.0);
         let estimates = lanes.at(&Receiver::new(p, n));
         let others = (0..LANES).filter(|&k| k != 3);
         assert!(others.clone().all(|k| estimates[k] == 0.0));

@@ -31,7 +31,7 @@ const EVEN_SHARE: f32 = 0.1;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) light: LightId,
-    pub(super) reach: LightBounds,
+    pub(super) bounds: LightBounds,
     /// Luminance of its power; ≥ 0.
     pub(super) power: f32,
     /// Its part of what is shared out evenly; all sum to 1.
@@ -82,7 +82,7 @@ impl LightTree {
         min_distance: f32,
     ) -> LightTree {
         let even = even(&candidates, lights.len());
-        let is_local = |light: &Candidate| light.reach.is_local();
+        let is_local = |light: &Candidate| light.bounds.is_local();
         let placeless = candidates.iter().filter(|light| !is_local(light));
         let placeless = Tree::new(placeless.copied().collect());
         candidates.retain(is_local);
@@ -296,25 +296,25 @@ impl Building<'_> {
         // the heap, as it is a list to work through.
         let mut waiting = vec![(part, place)];
         while let Some((found, place)) = waiting.pop() {
-            let (part, reach) = match found.kind() {
+            let (part, bounds) = match found.kind() {
                 Kind::Nothing => continue,
                 Kind::Light(light) => {
                     if let Some(known) = self.places.get_mut(light.index()) {
                         *known = place;
                     }
-                    (found, self.lights.get(light.index()).map(Light::reach))
+                    (found, self.lights.get(light.index()).map(Light::bounds))
                 }
                 Kind::Node(_) => {
                     let below = self.nodes.len() as u32;
                     self.nodes.push(Node::empty(Some(place)));
                     let parts = tree.cut(found, LANES).into_iter().zip(0..);
                     waiting.extend(parts.map(|(part, lane)| (part, Place { node: below, lane })));
-                    (Part::node(below), tree.reach(found).copied())
+                    (Part::node(below), tree.bounds(found).copied())
                 }
             };
-            if let (Some(above), Some(reach)) = (self.nodes.get_mut(place.node as usize), reach) {
+            if let (Some(above), Some(bounds)) = (self.nodes.get_mut(place.node as usize), bounds) {
                 let lane = usize::from(place.lane);
-                above.lanes.set(lane, &reach, self.min_distance);
+                above.lanes.set(lane, &bounds, self.min_distance);
                 above.parts[lane] = part;
             }
         }

@@ -41,7 +41,7 @@ pub(super) trait LightType: Sized {
     fn power(&self, scene_radius: f32) -> Rgb;
 
     /// Roughly where, and how strongly, the light arrives.
-    fn reach(&self) -> LightBounds;
+    fn bounds(&self) -> LightBounds;
 
     fn pdf(&self, _from: &ReferencePoint, _wi: Vec3, _hit: Option<&SurfaceHit>) -> f32 {
         0.0

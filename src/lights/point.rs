@@ -81,7 +81,7 @@ impl LightType for PointLight {
         4.0 * PI * self.intensity
     }
 
-    fn reach(&self) -> LightBounds {
+    fn bounds(&self) -> LightBounds {
         LightBounds::point(self.p, self.intensity)
     }
 }

@@ -199,7 +199,7 @@ impl LightType for ProjectionLight {
         self.solid_angle * self.intensity * self.mean
     }
 
-    fn reach(&self) -> LightBounds {
+    fn bounds(&self) -> LightBounds {
         let cos = 1.0 / (1.0 + self.half.length_squared()).sqrt();
         LightBounds::point(self.p, self.intensity * self.mean).within_cone(self.axis, cos, cos)
     }

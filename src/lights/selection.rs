@@ -204,7 +204,7 @@ fn candidates(lights: &[Light], scene_radius: f32) -> Vec<Candidate> {
         let group = light.group().and_then(|group| members.get(&group));
         Candidate {
             light: LightId(i as u32),
-            reach: light.reach(),
+            bounds: light.bounds(),
             power: magnitude(light.power(scene_radius)),
             even: 1.0 / (groups * group.copied().unwrap_or(1) as f32),
         }

@@ -32,7 +32,7 @@ impl SmallLightSet {
             let lane = candidate.light.index();
             if let Some(even) = few.even.get_mut(lane) {
                 *even = candidate.even;
-                few.lanes.set(lane, &candidate.reach, min_distance);
+                few.lanes.set(lane, &candidate.bounds, min_distance);
             }
         }
         few

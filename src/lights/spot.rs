@@ -213,7 +213,7 @@ impl LightType for SpotLight {
         2.0 * PI * (bright + penumbra) * self.intensity
     }
 
-    fn reach(&self) -> LightBounds {
+    fn bounds(&self) -> LightBounds {
         LightBounds::point(self.p, self.intensity).within_cone(
             self.render_axis,
             self.cos_dark,

@@ -52,7 +52,7 @@ impl Part {
 /// Two halves.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    reach: LightBounds,
+    bounds: LightBounds,
     halves: [Part; 2],
 }
 
@@ -79,8 +79,8 @@ impl Tree {
     }
 
     /// How what is below a node arrives; `None` for a single light, which knows itself.
-    pub(super) fn reach(&self, part: Part) -> Option<&LightBounds> {
-        self.node(part).map(|node| &node.reach)
+    pub(super) fn bounds(&self, part: Part) -> Option<&LightBounds> {
+        self.node(part).map(|node| &node.bounds)
     }
 
     fn node(&self, part: Part) -> Option<&Node> {
@@ -93,23 +93,23 @@ impl Tree {
     /// Makes a tree out of these leaves, of which there is at least one.
     fn build(&mut self, leaves: &mut [Candidate], depth: u32) -> (Part, LightBounds) {
         if let [leaf] = leaves {
-            return (Part::light(leaf.light), leaf.reach);
+            return (Part::light(leaf.light), leaf.bounds);
         }
         let position = self.nodes.len();
         self.nodes.push(Node {
-            reach: leaves[0].reach,
+            bounds: leaves[0].bounds,
             halves: [Part::NOTHING; 2],
         });
         let at = cut(leaves, depth);
         let (left, right) = leaves.split_at_mut(at);
         let (first, left) = self.build(left, depth + 1);
         let (second, right) = self.build(right, depth + 1);
-        let reach = left.merged(&right);
+        let bounds = left.merged(&right);
         self.nodes[position] = Node {
-            reach,
+            bounds,
             halves: [first, second],
         };
-        (Part::node(position as u32), reach)
+        (Part::node(position as u32), bounds)
     }
 
     /// At most `room` ≥ 1 parts that represent all below `top`: where one estimate for a node is
@@ -119,7 +119,7 @@ impl Tree {
         while parts.len() < room {
             let nodes = parts.iter().map(|&part| self.node(part)).enumerate();
             let divisible = nodes.filter_map(|(i, node)| Some((i, node?)));
-            let vagueness = divisible.map(|(i, node)| (i, node.reach.vagueness(), node.halves));
+            let vagueness = divisible.map(|(i, node)| (i, node.bounds.vagueness(), node.halves));
             let worst = vagueness.max_by(|(_, a, _), (_, b, _)| a.total_cmp(b));
             let Some((worst, _, [first, second])) = worst else {
                 break;
@@ -134,19 +134,19 @@ impl Tree {
 /// Sorts at least two leaves into two parts; where the second one starts.
 fn cut(leaves: &mut [Candidate], depth: u32) -> usize {
     let half = leaves.len() / 2;
-    let centers = leaves.iter().map(|leaf| leaf.reach.center());
+    let centers = leaves.iter().map(|leaf| leaf.bounds.center());
     let low = centers.clone().fold(Vec3::INFINITY, Vec3::min);
     let high = centers.fold(Vec3::NEG_INFINITY, Vec3::max);
     let size = high - low;
     let bin = |axis: usize, leaf: &Candidate| {
-        let place = (leaf.reach.center()[axis] - low[axis]) / size[axis];
+        let place = (leaf.bounds.center()[axis] - low[axis]) / size[axis];
         ((place * BINS as f32) as usize).min(BINS - 1)
     };
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in (0..3).filter(|&axis| size[axis] > 0.0 && depth < DEEPEST_BY_COST) {
         let mut bins: [Option<LightBounds>; BINS] = [None; BINS];
         for leaf in leaves.iter() {
-            add(&mut bins[bin(axis, leaf)], &leaf.reach);
+            add(&mut bins[bin(axis, leaf)], &leaf.bounds);
         }
         // Long boxes are to be cut across.
         let stretch = size.max_element() / size[axis];
@@ -168,8 +168,8 @@ fn cut(leaves: &mut [Candidate], depth: u32) -> usize {
     }
 }
 
-fn add(sum: &mut Option<LightBounds>, reach: &LightBounds) {
-    *sum = Some(sum.map_or(*reach, |sum| sum.merged(reach)));
+fn add(sum: &mut Option<LightBounds>, bounds: &LightBounds) {
+    *sum = Some(sum.map_or(*bounds, |sum| sum.merged(bounds)));
 }
 
 /// The cost of cutting before each bin that has bins with lights on both sides.
@@ -211,7 +211,7 @@ mod tests {
         (0..count)
             .map(|i| Candidate {
                 light: LightId(i),
-                reach: LightBounds::point(place(i), Rgb::ONE),
+                bounds: LightBounds::point(place(i), Rgb::ONE),
                 power: 1.0,
                 even: 0.0,
             })

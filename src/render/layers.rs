@@ -1,6 +1,6 @@
 //! What a camera sample tells the image's layers.
 
-use super::{OfAll, PendingSample, RenderJob};
+use super::{OfAll, RenderJob, SampleState};
 use crate::cameras::{CameraRay, DepthAndBlur, Depths};
 use crate::film::{CameraSample, Layer, LayerSample, LayerSet, RenderSpace, SurfaceSample, Tile};
 use crate::integrators::witness::Watch;
@@ -49,7 +49,7 @@ impl Shown<'_> {
 pub(super) struct Tell<'a> {
     pub shown: (&'a RenderJob, &'a OfAll<'a>),
     pub sampler: &'a Sampler,
-    pub samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
+    pub samples: (&'a [SampleState], &'a [Option<CameraRay>]),
     /// Of those that have a ray.
     pub radiances: &'a [Rgb],
     /// One for each sample. They are reset for the next wave while they are in the L1 cache.
@@ -143,9 +143,9 @@ type Looked<'a> = (&'a Watch, &'a Option<CameraRay>);
 /// What the next sample's path has met, where it has told all, and how many samples from there on are of the same pixel, of the same weight and have met
 /// the same: most are of this kind. All of them have a ray.
 #[inline(always)]
-fn alike<'a>(waiting: &[PendingSample], looks: &'a [Watch]) -> Option<(&'a FirstSurfaces, usize)> {
+fn alike<'a>(waiting: &[SampleState], looks: &'a [Watch]) -> Option<(&'a FirstSurfaces, usize)> {
     let (first, found) = (waiting.first()?, looks.first()?.found()?);
-    let is_alike = |(next, watch): &(&PendingSample, &Watch)| {
+    let is_alike = |(next, watch): &(&SampleState, &Watch)| {
         { watch.found() }.is_some_and(|other| other.thing == found.thing)
             && next.pixel == first.pixel
             && next.filter_weight == first.filter_weight
@@ -160,7 +160,7 @@ fn alike<'a>(waiting: &[PendingSample], looks: &'a [Watch]) -> Option<(&'a First
 #[inline(never)]
 pub(super) fn add(
     shown: (&RenderJob, &OfAll),
-    waiting: &PendingSample,
+    waiting: &SampleState,
     (ray, radiance): (Option<&CameraRay>, Rgb),
     (sampler, watch): (&Sampler, &Watch),
     tile: &mut Tile,

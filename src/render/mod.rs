@@ -52,7 +52,7 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use work::{Worked, work};
 
-/// Side of a tile in pixels: small enough to keep two cores busy to the end of a small image, large enough that
+/// Side of a tile in pixels: small enough that all threads are busy to the end of a small image, large enough that
 /// distributing tiles costs nothing.
 pub const TILE_SIZE: u32 = 16;
 
@@ -225,7 +225,7 @@ fn sample_tile(
     let light = paired.and_then(|pairs| Some((pairs.light.as_ref()?, &pairs.pairing)));
     let light_job = light.map(|(light, _)| light.begin(workspace));
     let want_differentials = job.world.needs_footprint();
-    let mut waiting = ArrayVec::<PendingSample, WAVE>::new();
+    let mut waiting = ArrayVec::<SampleState, WAVE>::new();
     let mut samples = ArrayVec::<CameraSample, WAVE>::new();
     let mut rays = [const { None }; WAVE];
     let has_layers = tile.has_layers();
@@ -239,7 +239,7 @@ fn sample_tile(
     let mut indices = bounds.pixels().flat_map(|pixel| {
         let of_pixel = sampler.of_pixel(pixel.as_ivec2());
         let indices = samples_of_pixel.clone();
-        indices.map(move |index| PendingSample::undrawn(of_pixel.stream(index), (pixel, index)))
+        indices.map(move |index| SampleState::undrawn(of_pixel.stream(index), (pixel, index)))
     });
     let mut pairs = Box::<SamplePairs<WAVE>>::default();
     loop {
@@ -298,7 +298,7 @@ fn sample_tile(
 /// The film samples of a wave.
 fn film_samples(
     pairs: &mut SamplePairs<WAVE>,
-    waiting: &mut [PendingSample],
+    waiting: &mut [SampleState],
 ) -> ArrayVec<Vec2, WAVE> {
     pairs.clear();
     let mut drawn = ArrayVec::<_, WAVE>::new();
@@ -313,11 +313,11 @@ fn film_samples(
     drawn
 }
 
-/// Traces each path by itself while this looks at it.
+/// Traces the paths one at a time, and reports each to what watches it.
 fn one_by_one(
     shown: (&RenderJob, &OfAll),
     sampler: &Sampler,
-    waiting: &mut [PendingSample],
+    waiting: &mut [SampleState],
     (samples, rays): (&[CameraSample], &[Option<CameraRay>]),
     (workspace, watch): (&mut Workspace, &mut Watch),
     tile: &mut Tile,
@@ -338,14 +338,14 @@ fn one_by_one(
 fn radiances(
     (job, all): (&RenderJob, &OfAll),
     (samples, rays): (&[CameraSample], &[Option<CameraRay>]),
-    waiting: &mut [PendingSample],
+    waiting: &mut [SampleState],
     (workspace, looks): (&mut Workspace, &mut [Watch]),
     light_job: Option<&LightJob>,
 ) -> ArrayVec<Rgb, WAVE> {
     let mut watches = looks.iter_mut();
     let all_paths = waiting.iter_mut().zip(samples).zip(rays);
     let path = |((waiting, sample), ray)| {
-        let (waiting, ray): (&mut PendingSample, &Option<CameraRay>) = (waiting, ray);
+        let (waiting, ray): (&mut SampleState, &Option<CameraRay>) = (waiting, ray);
         let watch = watches.next();
         let ray = ray.as_ref()?;
         Some(CameraPath {
@@ -364,7 +364,7 @@ fn radiances(
 
 /// The end of a wave: what its samples bring is added to the tile.
 struct Finish<'a> {
-    samples: (&'a [PendingSample], &'a [Option<CameraRay>]),
+    samples: (&'a [SampleState], &'a [Option<CameraRay>]),
     /// Of those that have a ray.
     radiances: &'a [Rgb],
     tile: &'a mut Tile,
@@ -385,7 +385,7 @@ impl Kernel for Finish<'_> {
     }
 }
 
-/// The same for one of an image that is not rendered in passes, nor in halves.
+/// Where a dropped sample failed on its path, in an image of one set of samples.
 pub fn locate_in_one_set(job: &RenderJob, dropped: DroppedSample) -> Option<Place> {
     let pairing = Pairing::whole(job, job.sampler.spp());
     locate(job, (&job.sampler, pairing.as_ref()), dropped)
@@ -399,7 +399,7 @@ fn locate(
     dropped: DroppedSample,
 ) -> Option<Place> {
     let (sample, mut waiting) =
-        PendingSample::new(job, sampler, dropped.pixel, dropped.sample as u32);
+        SampleState::new(job, sampler, dropped.pixel, dropped.sample as u32);
     let mut rays = [None];
     let want_differentials = job.world.needs_footprint();
     job.camera.rays(&[sample], want_differentials, &mut rays);
@@ -446,7 +446,7 @@ struct Draws {
     time: bool,
     lens: bool,
     wavelength: bool,
-    /// [`PendingSample::film_density`] is one of them.
+    /// [`SampleState::film_density`] is one of them.
     film_density: bool,
 }
 
@@ -461,8 +461,8 @@ impl Draws {
     }
 }
 
-/// A sample whose camera ray has not been generated yet.
-struct PendingSample {
+/// A sample of a pixel, from its first number until its radiance is in the tile.
+struct SampleState {
     pixel: UVec2,
     index: u32,
     stream: SampleStream,
@@ -470,24 +470,24 @@ struct PendingSample {
     film_density: f32,
 }
 
-impl PendingSample {
+impl SampleState {
     /// Sample `index` of a pixel.
     fn new(
         job: &RenderJob,
         sampler: &Sampler,
         pixel: UVec2,
         index: u32,
-    ) -> (CameraSample, PendingSample) {
+    ) -> (CameraSample, SampleState) {
         let stream = sampler.stream(pixel.as_ivec2(), index);
-        let mut waiting = PendingSample::undrawn(stream, (pixel, index));
+        let mut waiting = SampleState::undrawn(stream, (pixel, index));
         let on_film = waiting.stream.next_2d();
         (waiting.draw(job, &Draws::new(job), on_film), waiting)
     }
 
     /// A sample of which nothing has been drawn from `stream` yet.
     #[inline(always)]
-    fn undrawn(stream: SampleStream, (pixel, index): (UVec2, u32)) -> PendingSample {
-        PendingSample {
+    fn undrawn(stream: SampleStream, (pixel, index): (UVec2, u32)) -> SampleState {
+        SampleState {
             pixel,
             index,
             stream,
@@ -525,7 +525,7 @@ impl PendingSample {
     /// What its path has drawn from, as it was before: samples are pure functions of their numbers.
     #[inline(never)]
     fn stream_again(&self, job: &RenderJob, sampler: &Sampler) -> SampleStream {
-        let (_, again) = PendingSample::new(job, sampler, self.pixel, self.index);
+        let (_, again) = SampleState::new(job, sampler, self.pixel, self.index);
         again.stream
     }
 

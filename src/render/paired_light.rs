@@ -4,7 +4,7 @@
 //! whether a tile or the light pass traces it.
 
 use super::light_pass::{new_buffer, pass_on_now_and_then, splat_ghosts};
-use super::{PendingSample, Progress, RenderJob, TILE_SIZE, locked};
+use super::{Progress, RenderJob, SampleState, TILE_SIZE, locked};
 use crate::cameras::CameraRay;
 use crate::film::{LightShare, PixelBounds, Splats};
 use crate::integrators::{LightJob, Splat, Workspace};
@@ -170,13 +170,13 @@ impl<'a> PairedLight<'a> {
     pub(super) fn take(
         &self,
         workspace: &mut Workspace,
-        (samples, rays): (&[PendingSample], &[Option<CameraRay>]),
+        (samples, rays): (&[SampleState], &[Option<CameraRay>]),
         (pairing, sampler): (&Pairing, &Sampler),
     ) {
         let Some(mut buffer) = workspace.splats.take() else {
             return;
         };
-        let path = |sample: &PendingSample| pairing.path(sample.pixel, sample.index);
+        let path = |sample: &SampleState| pairing.path(sample.pixel, sample.index);
         let alone = { samples.iter().zip(rays) }
             .filter(|(_, ray)| ray.is_none())
             .map(|(sample, _)| (path(sample), sampler.light_stream(path(sample))));

@@ -10,7 +10,7 @@
 
 use super::halves::floor;
 use super::progressive::Progressive;
-use super::{Ended, Goal, OfAll, PendingSample, Progress, RenderJob, locate};
+use super::{Ended, Goal, OfAll, Progress, RenderJob, SampleState, locate};
 use crate::cameras::{BUNDLE, CameraRay, CameraSample};
 use crate::film::{Film, Kept, PixelBounds, PixelStatistics, Tile};
 use crate::integrators::{Disc, Gather, Photon, PhotonMap, PhotonMapper};
@@ -290,14 +290,14 @@ impl Pass<'_> {
     fn sample(&self, pixels: &mut Pixels) {
         let Pass { job, number, .. } = *self;
         let want_differentials = job.world.needs_footprint();
-        let mut waiting = ArrayVec::<PendingSample, BUNDLE>::new();
+        let mut waiting = ArrayVec::<SampleState, BUNDLE>::new();
         let mut samples = ArrayVec::<CameraSample, BUNDLE>::new();
         let mut rays = [const { None }; BUNDLE];
         let mut discs = pixels.discs.iter_mut();
         let mut at = pixels.tile.bounds().pixels();
         loop {
             for pixel in at.by_ref().take(BUNDLE) {
-                let (sample, rest) = PendingSample::new(job, &job.sampler, pixel, number);
+                let (sample, rest) = SampleState::new(job, &job.sampler, pixel, number);
                 samples.push(sample);
                 waiting.push(rest);
             }
@@ -316,7 +316,7 @@ impl Pass<'_> {
 
     fn finish(
         &self,
-        mut waiting: PendingSample,
+        mut waiting: SampleState,
         ray: Option<&CameraRay>,
         disc: &mut Disc,
         tile: &mut Tile,

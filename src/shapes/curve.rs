@@ -5,7 +5,7 @@
 //! | `point3 P` | required | control points, see below |
 //! | `integer degree` | 3 | 2 or 3 |
 //! | `string basis` | "bezier" | or "bspline" (uniform) |
-//! | `string type` | "flat" | "flat" faces whoever looks, "cylinder" does too but is shaded as round, "ribbon" faces where N points |
+//! | `string type` | "flat" | "flat" faces the ray, "cylinder" does too but is shaded as round, "ribbon" faces where N points |
 //! | `normal N` | – | ribbon: one at each end of each segment, segments + 1 in all |
 //! | `float width` | 1 | full width, object units |
 //! | `float width0`, `width1` | width | at the first and at the last end, linear between |
@@ -39,7 +39,7 @@ const PIECE_WIDTHS: f64 = 4.0;
 /// How a curve is shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveKind {
-    /// A strip that faces whoever looks.
+    /// A ribbon that faces the ray.
     Flat,
     /// The same, shaded as the front of a cylinder.
     Cylinder,

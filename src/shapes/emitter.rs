@@ -84,7 +84,7 @@ impl Emitter {
         Box::new(mesh.data.indices.iter().map(triangle))
     }
 
-    /// Is this, which is of [`Emitter::of_mesh`], two triangles? All others of the mesh are then, too.
+    /// Returns `true` if this, which is of [`Emitter::of_mesh`], is two triangles; all others of the mesh are then, too.
     pub fn is_pair(&self) -> bool {
         matches!(self, Emitter::Parallelogram(_))
     }
@@ -366,7 +366,7 @@ impl Ball {
         distance2 > near * near
     }
 
-    /// Is `from` outside without doubt? From there the ball is [`Ball::far`].
+    /// Returns `true` if `from` is outside without doubt. From there the ball is [`Ball::far`].
     #[inline(always)]
     pub(crate) fn is_far_from(&self, from: &ReferencePoint) -> bool {
         let distance2 = (self.center - from.p.as_dvec3()).length_squared();

@@ -43,7 +43,7 @@ pub struct Hyperboloid {
 
 impl Hyperboloid {
     /// The surface of the segment from `p1` to `p2`, turned `phi_max` degrees. `None` where the
-    /// segment is level or an end is no place.
+    /// segment is level or an end is not finite.
     pub fn new(p1: DVec3, p2: DVec3, phi_max: f64) -> Option<Hyperboloid> {
         let (p1, p2) = if p2.z == 0.0 { (p2, p1) } else { (p1, p2) };
         if p1.z == p2.z || !(p1.is_finite() && p2.is_finite()) {

@@ -15,7 +15,7 @@
 //! that got there is 2/3 and 1/6), and normals point to the side from which the triangles' corners
 //! turn clockwise, the other side than that of a `trianglemesh` without normals.
 //!
-//! What is no manifold: triangles with a corner twice are left out, and where an edge has more
+//! Non-manifold input: triangles with a corner twice are left out, and where an edge has more
 //! than two triangles, or two that turn the same way, those without a partner end there as at a
 //! boundary. Both are counted and said.
 

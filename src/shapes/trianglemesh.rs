@@ -203,7 +203,7 @@ mod tests {
         let none = Vec::<u32>::new();
         assert_eq!(mesh(""), (none.clone(), vec![]));
         assert_eq!(mesh("\"integer faceIndices\" [7 3]").0, [7, 3]);
-        // What is no number of a face is beyond all of them.
+        // What cannot be a face's number is beyond all of them.
         assert_eq!(mesh("\"integer faceIndices\" [-1 0]").0, [u32::MAX, 0]);
         for faces in ["[1]", "[1 2 3]"] {
             let (ids, messages) = mesh(&format!("\"integer faceIndices\" {faces}"));

@@ -39,7 +39,7 @@ pub struct World {
     sampled_lights: usize,
     /// The layer of each light; empty where no layers of light are wanted.
     pub light_layers: Vec<LightLayer>,
-    /// Those of `lights` that are infinitely far away (environment lights).
+    /// Those of `lights` that rays see which leave the scene (environment lights).
     pub infinite_lights: Vec<LightId>,
     /// Participating media and their interfaces.
     pub media: Media,
@@ -237,8 +237,8 @@ impl World {
         self.even_boundaries.get(id?.index())?.as_ref()
     }
 
-    /// How the surface scatters at a hit: fills the [empty](Bsdf::empty) `bsdf`. Not an answer, which
-    /// would be half a thousand bytes to move.
+    /// How the surface scatters at a hit: fills the [empty](Bsdf::empty) `bsdf`, as to return one
+    /// would copy its 500 bytes.
     pub fn fill_bsdf<'a>(
         &'a self,
         material: &'a Material,

@@ -150,7 +150,8 @@ pub(in crate::integrators) struct SpareVertices {
 }
 
 impl<'a> LightPaths<'a> {
-    /// None yet, in the memory of the last ones. Room is made at once for `count` of so many vertices, so that later waves allocate nothing.
+    /// None yet, in the memory of the last ones. Reserves room for `count` paths of up to `depth` vertices (16 at most), so that later waves allocate
+    /// nothing.
     pub(super) fn in_spare(
         spare: &mut SpareVertices,
         (count, depth): (usize, u32),
@@ -219,8 +220,8 @@ impl<'v, 'a> LightPath<'v, 'a> {
     }
 }
 
-/// The memory of `vertices` for others, which may refer to another world: elements of equal size are collected where they
-/// were, and there are none.
+/// The memory of `vertices` for others, which may refer to another world. Elements of equal size are collected where they were: an optimization of the
+/// standard library, without which each wave would allocate (tests/allocations.rs).
 #[expect(
     clippy::unnecessary_filter_map,
     reason = "elements of another lifetime, of which there are none"

@@ -14,7 +14,7 @@ use arrayvec::ArrayVec;
 use std::iter::repeat_n;
 
 /// Paths that are traced together: enough to fill packets of rays when many of them have ended.
-const WAVE: usize = 64;
+const LIGHT_WAVE: usize = 64;
 
 /// A path being traced.
 struct ActivePath {
@@ -68,13 +68,13 @@ pub(super) fn trace_all<'a>(
 /// Paths being traced.
 struct Wave {
     /// In their places. One that has ended stays until another takes its place.
-    paths: ArrayVec<ActivePath, WAVE>,
+    paths: ArrayVec<ActivePath, LIGHT_WAVE>,
     /// The ways that are left to each. Not in an array: that would be zeroed for each wave, 45 KiB.
-    branches: ArrayVec<Branches, WAVE>,
+    branches: ArrayVec<Branches, LIGHT_WAVE>,
     /// The places of those being traced.
-    active: ArrayVec<u8, WAVE>,
+    active: ArrayVec<u8, LIGHT_WAVE>,
     /// The places of others.
-    free: ArrayVec<u8, WAVE>,
+    free: ArrayVec<u8, LIGHT_WAVE>,
 }
 
 impl Wave {
@@ -93,8 +93,8 @@ impl Wave {
         tracer: &LightTracer<'_, 'a>,
         paths: &mut impl Iterator<Item = (PathStart, SampleStream)>,
     ) -> bool {
-        let room = WAVE - self.active.len();
-        let mut chosen = ArrayVec::<(PathStart, SampleStream, Option<Chosen>), WAVE>::new();
+        let room = LIGHT_WAVE - self.active.len();
+        let mut chosen = ArrayVec::<(PathStart, SampleStream, Option<Chosen>), LIGHT_WAVE>::new();
         for (start, mut stream) in paths.take(room) {
             let light = tracer.choose(&mut stream);
             chosen.push((start, stream, light));
@@ -144,8 +144,8 @@ impl Wave {
     ) {
         let world = tracer.world;
         let ray = |&place: &u8| self.paths[usize::from(place)].walk.ray;
-        let rays: ArrayVec<Ray, WAVE> = self.active.iter().map(ray).collect();
-        let mut found = ArrayVec::<Option<ClosestHit>, WAVE>::new();
+        let rays: ArrayVec<Ray, LIGHT_WAVE> = self.active.iter().map(ray).collect();
+        let mut found = ArrayVec::<Option<ClosestHit>, LIGHT_WAVE>::new();
         found.extend(repeat_n(None, rays.len()));
         world.closest(&rays, &mut found);
         flats.clear();

@@ -69,7 +69,7 @@ pub struct Bdpt {
 impl Bdpt {
     /// Reads the parameters.
     pub fn from_params(reader: &ParamReader) -> Bdpt {
-        let bdpt = Bdpt::from(Path::from_params(reader));
+        let bdpt = Bdpt::from(Path::with_depth_and_strategy(reader));
         let mut max_depth = bdpt.max_depth;
         let shown = Shown::from_params(reader, &mut max_depth);
         Bdpt {
@@ -87,7 +87,7 @@ impl Bdpt {
 }
 
 impl From<Path> for Bdpt {
-    /// With the same limits.
+    /// Of the same depth, with the same choice of lights; all else is the path tracer's alone.
     fn from(path: Path) -> Bdpt {
         Bdpt {
             max_depth: path.max_depth,
@@ -156,11 +156,20 @@ impl Bdpt {
     ) -> LightTracer<'c, 'a> {
         // The camera's vertex takes one of the scattering events.
         let taken = u32::from(!are_paired);
+        self.tracer(world, lights, self.max_depth.saturating_sub(taken))
+    }
+
+    fn tracer<'c, 'a>(
+        &'c self,
+        world: &'a World,
+        lights: &'c Lights,
+        max_depth: u32,
+    ) -> LightTracer<'c, 'a> {
         LightTracer {
             bdpt: self,
             world,
             lights,
-            max_depth: self.max_depth.saturating_sub(taken),
+            max_depth,
         }
     }
 
@@ -198,12 +207,7 @@ impl Transport for Bdpt {
         workspace: &mut Workspace,
         splat: &mut impl FnMut(Splat),
     ) {
-        let tracer = LightTracer {
-            bdpt: self,
-            world: job.world,
-            lights,
-            max_depth: self.max_depth,
-        };
+        let tracer = self.tracer(job.world, lights, self.max_depth);
         let buffers = workspace.buffers.get_or_insert_default();
         splat::splat_paths(&tracer, job, paths, &mut buffers.flats, splat);
     }
@@ -214,12 +218,7 @@ impl Transport for Bdpt {
         lights: &Lights,
         stream: SampleStream,
     ) -> Option<Beginning> {
-        let tracer = LightTracer {
-            bdpt: self,
-            world: job.world,
-            lights,
-            max_depth: self.max_depth,
-        };
+        let tracer = self.tracer(job.world, lights, self.max_depth);
         let (_, mut stream) = splat::start((job.world, job.camera), (0, 0), stream);
         tracer.beginning(&mut stream)
     }

@@ -16,7 +16,8 @@ use crate::surface::{ReceiverSide, ReferencePoint, SurfaceHit};
 use crate::world::World;
 use arrayvec::ArrayVec;
 
-/// Scattering events after which Russian roulette decides whether a subpath continues, as in [`crate::integrators::Path`].
+/// Scattering events after which Russian roulette decides whether a subpath continues; before, unlike in [`crate::integrators::Path`], no
+/// direction is judged.
 const MIN_BOUNCES: u32 = 3;
 
 /// The survival probability over the throughput. Where a dim mirror or glass shows something bright, a subpath of low throughput brings much of the
@@ -259,7 +260,7 @@ impl Walk {
         let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
         stream.skip_1d();
         let u = stream.next_2d().x;
-        let numbers_of_other = stream.fork();
+        let other_stream = stream.fork();
         let follow = |walk: &mut Walk, way, stream: &mut SampleStream| {
             let judged = walk.follow(world, hit, way, carries, (history, connections))?;
             walk.russian_roulette(judged, stream)
@@ -270,7 +271,7 @@ impl Walk {
         };
         let mut other = (u < chance).then_some(Branch {
             walk: *self,
-            stream: numbers_of_other,
+            stream: other_stream,
         });
         let first = follow(self, (brighter, 1.0), stream);
         let second = other
@@ -361,7 +362,7 @@ pub(super) fn boundary_receiver(surface: &SurfaceHit) -> ReferencePoint {
     }
 }
 
-/// A direction from a surface for a subpath from the camera: the sample, the factor of the throughput, that factor for roulette,
+/// A direction from a surface, for a subpath from either end: the sample, the factor of the throughput, that factor for roulette,
 /// and the density of the opposite direction.
 pub(in super::super) struct Turn {
     pub sample: BsdfSample,

@@ -17,8 +17,8 @@
 //! A_i = Σ_{n ≤ i} o_n ∏_{j=n}^{i} (p⃖_j/p⃗_j)² = (p⃖_i/p⃗_i)² (o_i + A_{i−1})
 //! ```
 //!
-//! where o_n is 1 if the path can be made with n vertices from this side: neither x_{n−1} nor x_n scatters by a delta
-//! distribution. p⃖_i and p⃖_{i−1} depend on where the path continues from x_i, all before does not: [`History`] keeps
+//! where o_n is the square of how often the way with n vertices from this side is tried in a camera sample (1, or the share of camera
+//! paths that are joined), and 0 where it cannot be: where x_{n−1} or x_n scatters by a delta distribution. p⃖_i and p⃖_{i−1} depend on where the path continues from x_i, all before does not: [`History`] keeps
 //! that (as do Georgiev, Křivánek, Davidovič and Slusallek 2012, in the supplement, for other strategies).
 //!
 //! Densities are per area; at a vertex in a medium per volume, without the factor for the distance to it, which is the
@@ -61,7 +61,7 @@ impl History {
         rest: 0.0,
     };
 
-    /// Goes on from x_i; `reverse` is the density per solid angle with which the other side would have continued toward
+    /// Continues from x_i; `reverse` is the density per solid angle with which the other side would have continued toward
     /// x_{i−1}. At a delta both directions' densities are 1.
     pub(super) fn onward(&self, delta: bool, reverse: f64, connections: f32) -> Onward {
         let here = if delta { 0.0 } else { self.before };

@@ -73,7 +73,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         stream.skip_2d();
         stream.skip_1d();
         let u = stream.next_2d().x;
-        let numbers_of_other = stream.fork();
+        let other_stream = stream.fork();
         let ways = boundary.ways(hit.surface.shading.n, hit.surface.wo);
         let both = ways.both();
         let is_refracted = both.is_some_and(|(_, (fainter, _))| fainter.eta != 1.0);
@@ -86,7 +86,7 @@ impl<const MEDIA: bool, const WATCHED: bool> PathState<'_, MEDIA, WATCHED> {
         let sees_fainter = is_seen && seen.is_some_and(|(way, _)| way.wi == fainter.wi);
         if u < chance {
             let before = *self.trail;
-            let numbers = std::mem::replace(self.context.stream, numbers_of_other);
+            let numbers = std::mem::replace(self.context.stream, other_stream);
             self.trail.is_seen = sees_fainter;
             let goes_on = self.follow(hit, (fainter, chance));
             if goes_on.is_none() {

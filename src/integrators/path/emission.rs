@@ -31,7 +31,7 @@ pub(super) struct Sampled {
     pub from: ReferencePoint,
     /// Of the direction, per steradian.
     pub pdf: f32,
-    /// Was it the first? There emitter sampling is of more lights.
+    /// It was the first, where emitter sampling is of more lights.
     pub is_first: bool,
 }
 
@@ -48,7 +48,7 @@ impl MisState {
             MisState::Blocked => Rgb::ZERO,
             MisState::Sampled(sampled) => {
                 let light_pdf = light.pdf(&sampled.from, ray.d, Some(&hit.surface));
-                let light_pdf = sampled.light_pmf(context, id) * light_pdf;
+                let light_pdf = sampled.samples(context, id) * light_pdf;
                 // A light that is never chosen (an instanced emitter) glows but lights nothing, as in pbrt-v3.
                 if light_pdf > 0.0 {
                     radiance * power_heuristic(sampled.pdf, light_pdf)
@@ -74,15 +74,15 @@ impl MisState {
             MisState::Blocked => Rgb::ZERO,
             MisState::Sampled(sampled) => {
                 let (radiance, light_pdf) = light.escaped_and_pdf(&sampled.from, ray.d);
-                radiance * power_heuristic(sampled.pdf, sampled.light_pmf(context, id) * light_pdf)
+                radiance * power_heuristic(sampled.pdf, sampled.samples(context, id) * light_pdf)
             }
         }
     }
 }
 
 impl Sampled {
-    /// How many times emitter sampling there samples light `id`, on average.
-    fn light_pmf(&self, context: &Context, id: LightId) -> f32 {
+    /// The expected number of emitter samples of light `id` there.
+    fn samples(&self, context: &Context, id: LightId) -> f32 {
         let selector = &context.lights.selector;
         match selector.sample_all_count() {
             Some(count) if self.is_first => f32::from(u8::from(id.0 < count)),

@@ -1,4 +1,4 @@
-//! Direct light of the commonest lamps, which are parallelograms and balls, on the commonest surfaces: computed side by side.
+//! Direct light of the commonest emitters, which are parallelograms and balls, on the commonest surfaces, computed side by side.
 //!
 //! Vertices are kept as rows of numbers, in a cache near the processor, and the functions that serve a single vertex are run in a loop
 //! over them that has no branches: it is compiled to vector instructions. Bits are those of one at a time.
@@ -34,27 +34,27 @@ const ROOM: usize = WAVE;
 const LIGHTS: usize = 4;
 
 /// The vertices that wait for light.
-pub(super) struct Lamps<S: Scatterer> {
-    /// By light; none where a light is not one of these lamps.
+pub(super) struct EmitterBatches<S: Scatterer> {
+    /// By light; none where a light is not one of these.
     waiting: [Option<Box<Waiting<S>>>; LIGHTS],
     /// What has been found for those of one light.
     samples: Box<Samples>,
 }
 
-impl<S: Scatterer> Lamps<S> {
+impl<S: Scatterer> EmitterBatches<S> {
     /// Those of the world.
-    pub(super) fn new(world: &World) -> Lamps<S> {
-        let mut lamps = Lamps {
+    pub(super) fn new(world: &World) -> EmitterBatches<S> {
+        let mut batches = EmitterBatches {
             waiting: Default::default(),
             samples: Box::default(),
         };
         let lights = world.sampled_lights();
         if lights.len() <= LIGHTS {
-            for (waiting, light) in lamps.waiting.iter_mut().zip(lights) {
+            for (waiting, light) in batches.waiting.iter_mut().zip(lights) {
                 *waiting = is_branchless(light).then(Box::default);
             }
         }
-        lamps
+        batches
     }
 
     /// Returns `true` if this light is one of them, as seen from here.
@@ -68,7 +68,7 @@ impl<S: Scatterer> Lamps<S> {
     }
 
     /// Keeps a sample for later, of a light that was chosen with probability `pmf`, at a point that `u` chooses: of a vertex of the path
-    /// with this number. Returns `true` if the next one needs room: [`Lamps::light`].
+    /// with this number. Returns `true` if the next one needs room: [`EmitterBatches::light`].
     #[inline]
     pub(super) fn keep(
         &mut self,
@@ -98,7 +98,7 @@ impl<S: Scatterer> Lamps<S> {
     }
 
     /// Computes for the first `count` of these vertices; of those that do not sample this light, whatever comes of it, nobody is to ask
-    /// [`Lamps::found`].
+    /// [`EmitterBatches::found`].
     pub(super) fn light_all(
         &mut self,
         (world, light): (&World, LightId),

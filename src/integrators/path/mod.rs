@@ -11,8 +11,8 @@
 
 mod bsdf_sampling;
 mod emission;
+mod emitter_batches;
 mod emitter_sampling;
-mod lamps;
 mod medium;
 mod roulette;
 mod wave;
@@ -68,10 +68,17 @@ impl Default for Path {
 impl Path {
     /// Reads the parameters; v2 counts one scattering event more (docs/scene-language.md §A.3).
     pub fn from_params(reader: &ParamReader) -> Path {
+        Path {
+            rr_threshold: reader.float("rrthreshold", 1.0) as f32,
+            ..Path::with_depth_and_strategy(reader)
+        }
+    }
+
+    /// Reads the parameters that `bdpt` has, too.
+    pub(super) fn with_depth_and_strategy(reader: &ParamReader) -> Path {
         let extra = u32::from(reader.means_v2("maxdepth"));
         Path {
             max_depth: super::max_depth(reader) + extra,
-            rr_threshold: reader.float("rrthreshold", 1.0) as f32,
             light_strategy: SelectionStrategy::from_params(reader),
             ..Path::default()
         }
@@ -186,7 +193,7 @@ struct Trail {
     throughput: Rgb,
     /// Collected so far.
     radiance: Rgb,
-    /// What Russian roulette multiplies the throughput by: n² for every refraction. Where a path enters glass, that undoes the scaling of
+    /// What Russian roulette multiplies the throughput by: n² for every perfectly specular refraction, either way. Where a path enters glass, that undoes the scaling of
     /// radiance; where it leaves, it spares what is seen through glass, lamps among it. Undoing the scaling alone took the same time
     /// in `glass` of benches/peer, and had 1.11 times the squared relative error.
     eta_scale: f32,

@@ -9,7 +9,7 @@
 mod emitters;
 
 use super::emission::{MisState, Sampled};
-use super::lamps::{Gain, Lamps};
+use super::emitter_batches::{EmitterBatches, Gain};
 use super::{Branch, MAX_BRANCHES, Path, PathState, Trail};
 use crate::accel::{BareHits, BareTriangle, ClosestHit, FlatHits, GeometryHit, SmoothHits};
 use crate::bsdf::{Coated, Matte, Scatterer};
@@ -60,7 +60,7 @@ struct Paths {
 /// The vertices of a kind.
 struct Lot<S: Scatterer> {
     vertices: Vertices<S, WAVE>,
-    lamps: Lamps<S>,
+    batches: EmitterBatches<S>,
 }
 
 impl<S: Scatterer> Lot<S> {
@@ -69,7 +69,7 @@ impl<S: Scatterer> Lot<S> {
     fn new(world: &World) -> Box<Lot<S>> {
         Box::new(Lot {
             vertices: Vertices::default(),
-            lamps: Lamps::new(world),
+            batches: EmitterBatches::new(world),
         })
     }
 }

@@ -12,7 +12,7 @@
 mod assistance;
 mod blocks;
 
-use super::{OfAll, PendingSample, RenderJob};
+use super::{OfAll, RenderJob, SampleState};
 use crate::film::LightShare;
 use crate::integrators::{Learned, Splat, Workspace};
 use crate::math::{Rgb, UVec2, color::luminance};
@@ -365,7 +365,7 @@ impl RenderJob {
         all: &OfAll,
         workspace: &mut Workspace,
     ) -> [f64; 2] {
-        let (sample, mut waiting) = PendingSample::new(self, sampler, pixel, index);
+        let (sample, mut waiting) = SampleState::new(self, sampler, pixel, index);
         let mut rays = [None];
         let differentials = self.world.needs_footprint();
         self.camera.rays(&[sample], differentials, &mut rays);

@@ -1,13 +1,13 @@
 //! Emitter sampling at the vertices of a wave: as [`PathState::sample_direct`](super::super::PathState::sample_direct), side by side where
-//! the light is one of few [lamps](Lamps).
+//! the light is one of few that [batches](EmitterBatches) know.
 
 use super::{Lot, Paths, Walk};
 use crate::bsdf::Scatterer;
 use crate::handles::LightId;
 use crate::integrators::context::{CameraPath, Lights, WAVE};
 use crate::integrators::path::Trail;
+use crate::integrators::path::emitter_batches::{EmitterBatches, Gain};
 use crate::integrators::path::emitter_sampling::choose;
-use crate::integrators::path::lamps::{Gain, Lamps};
 use crate::integrators::shadows::Shadows;
 use crate::integrators::volpath::{dimmed_along, shadow_segment};
 use crate::math::ray::Ray;
@@ -35,7 +35,7 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
                     self.sample_some(lot, paths, i, (number, numbers));
                 }
             }
-            self.light(&mut lot.lamps, paths);
+            self.light(&mut lot.batches, paths);
         }
     }
 
@@ -90,7 +90,7 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
                 continue;
             }
             let from = lot.vertices.from(i, trail.ray.time);
-            if lot.lamps.has(world, light, &from) {
+            if lot.batches.has(world, light, &from) {
                 *is_side_by_side = true;
             } else {
                 let u = lot.vertices.number(i);
@@ -98,13 +98,13 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
             }
         }
         if are_side_by_side.contains(&true) {
-            lot.lamps
+            lot.batches
                 .light_all((world, light), lot.vertices.rows(), count);
         }
         for i in (0..count).filter(|&i| are_side_by_side[i]) {
             let path = lot.vertices.path(i);
             let time = paths.trails[path].ray.time;
-            if let Some((shadow, found)) = lot.lamps.found(i, time) {
+            if let Some((shadow, found)) = lot.batches.found(i, time) {
                 let gain = Gain {
                     path: path as u32,
                     from: light,
@@ -149,13 +149,13 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
         let world = self.bundle.world;
         let trail = &paths.trails[path];
         let vertex = lot.vertices.vertex(i, trail.ray.time);
-        if lot.lamps.has(world, chosen.0, &vertex.from) {
+        if lot.batches.has(world, chosen.0, &vertex.from) {
             let (known, whose) = (
                 (&vertex.from, &vertex.scatterer),
                 (path as u32, trail.throughput),
             );
-            if lot.lamps.keep(chosen, u, known, whose) {
-                self.light(&mut lot.lamps, paths);
+            if lot.batches.keep(chosen, u, known, whose) {
+                self.light(&mut lot.batches, paths);
             }
         } else {
             let mut trail = *trail;
@@ -175,11 +175,11 @@ impl<const MEDIA: bool, const WATCHED: bool> Walk<'_, '_, MEDIA, WATCHED> {
     }
 
     /// Computes the light that waits, but for what blocks it.
-    fn light<S: Scatterer>(&mut self, lamps: &mut Lamps<S>, waiting: &mut Paths) {
+    fn light<S: Scatterer>(&mut self, batches: &mut EmitterBatches<S>, waiting: &mut Paths) {
         let (world, follows) = (self.bundle.world, WATCHED && self.follows);
         let (trails, paths) = (&mut waiting.trails, &mut *self.bundle.paths);
         let shadows = &mut waiting.shadows;
-        lamps.light(world, |shadow, gain| {
+        batches.light(world, |shadow, gain| {
             if wait::<MEDIA>(shadows, world, shadow, gain) {
                 trace::<MEDIA>(shadows, (world, follows), (trails, paths));
             }
