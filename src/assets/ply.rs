@@ -176,7 +176,7 @@ fn read(bytes: &[u8]) -> Result<MeshData, String> {
         let header = &bytes[..bytes.len().min(HEADER as usize)];
         match error.starts_with("element ") && contains(header, b"format ascii") {
             true => {
-                let line = read.iter().filter(|&&byte| byte == b'\n').count();
+                let line = 1 + read.iter().filter(|&&byte| byte == b'\n').count();
                 format!("{error}, near line {line}")
             }
             false => error,

@@ -278,7 +278,8 @@ mod tests {
             ("30", 30.0, 0),
             ("0", 45.0, 1),
             ("180", 45.0, 1),
-            ("nan", 45.0, 1),
+            // Said when the file was read.
+            ("nan", 45.0, 0),
         ] {
             let outcome = read("projection", &format!("\"float fov\" {given}"), fov);
             assert_eq!((outcome.value, outcome.warnings), (used, warnings));

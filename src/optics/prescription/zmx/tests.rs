@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 /// The Cooke triplet of Smith's book as Zemax writes it, semi-diameters chosen here, with every kind of line that
 /// files have; the stop stands on its own.
-const TRIPLET: &str = "VERS 140124 258 36214\r\nMODE SEQ\r\nNAME Cooke triplet\r\nUNIT MM X W X CM MR CPMM\r\nENPD 1.0E+1\r\n\
+const TRIPLET: &str = "VERS 140124 258 36214\r\nMODE SEQ\r\nNAME Cooke triplet\r\nUNIT MM X W X CM MR CPMM\r\nENPD 1.295E+1\r\n\
     GCAT SCHOTT\r\nWAVM 1 5.87E-1 1\r\nSURF 0\r\n  TYPE STANDARD\r\n  CURV 0.0 0 0 0 0 \"\"\r\n  DISZ INFINITY\r\n\
     SURF 1\r\n  TYPE STANDARD\r\n  CURV 4.5435E-2 0 0 0 0 \"\"\r\n  MIRR 2 0\r\n  DISZ 3.259\r\n  GLAS SK16 0 0 1.62 60.3 0 0 0\r\n  DIAM 9.5 1 0 0 1 \"\"\r\n\
     SURF 2\r\n  TYPE STANDARD\r\n  CURV -2.2948E-3 0 0 0 0 \"\"\r\n  DISZ 6.008\r\n  DIAM 9.5 1 0 0 1 \"\"\r\n\
