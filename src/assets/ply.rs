@@ -173,8 +173,8 @@ fn read(bytes: &[u8]) -> Result<MeshData, String> {
     let mut rest = bytes;
     elements(&mut rest).map_err(|error| {
         let read = &bytes[..bytes.len() - rest.len()];
-        let header = &bytes[..bytes.len().min(HEADER as usize)];
-        match error.starts_with("element ") && contains(header, b"format ascii") {
+        let header = String::from_utf8_lossy(&bytes[..bytes.len().min(HEADER as usize)]);
+        match error.starts_with("element ") && header.contains("format ascii") {
             true => {
                 let line = 1 + read.iter().filter(|&&byte| byte == b'\n').count();
                 format!("{error}, near line {line}")
@@ -182,10 +182,6 @@ fn read(bytes: &[u8]) -> Result<MeshData, String> {
             false => error,
         }
     })
-}
-
-fn contains(bytes: &[u8], part: &[u8]) -> bool {
-    bytes.windows(part.len()).any(|window| window == part)
 }
 
 /// Takes all elements from the front of what is left of a file.

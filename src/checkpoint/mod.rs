@@ -436,10 +436,10 @@ fn append_whole(file: &mut File, bytes: &[u8]) -> io::Result<()> {
 
 /// Returns `true` if a file begins as those of all versions do.
 fn begins_as_a_checkpoint(mut file: &File) -> bool {
-    let common = b"fstop checkpoint ";
-    let mut begin = [0; 17];
+    const COMMON: &[u8; 17] = b"fstop checkpoint ";
+    let mut begin = [0; COMMON.len()];
     let read = file.rewind().and_then(|()| file.read_exact(&mut begin));
-    read.is_ok() && begin == *common
+    read.is_ok() && begin == *COMMON
 }
 
 /// How often a file is asked for that another holds, and how long after each time: a process that this one just starts holds its files

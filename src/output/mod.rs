@@ -137,10 +137,7 @@ pub fn resolved(path: &Path) -> Option<PathBuf> {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let absolute = || std::path::absolute(folder);
-    let folder = folder.canonicalize().or_else(|_| absolute()).ok()?;
-    Some(folder.join(path.file_name()?))
+    Some(settled(folder.unwrap_or(Path::new("."))).join(path.file_name()?))
 }
 
 /// A place as it is without links and `..`, as far as it exists.

@@ -330,7 +330,7 @@ impl<'a> Interpreter<'a> {
                     self.error(span, format!("`{word}` without `WorldBegin`; ignored"));
                     false
                 }
-                // The image before is whole: pbrt-v3 reports these, too, and goes on to what follows.
+                // The image before is whole: pbrt-v3 reports these, too, and continues.
                 _ if self.had_world => {
                     let message = format!("`{word}` after `WorldEnd`; ignored");
                     let error = Diagnostic::error(message).at(span).recoverable();

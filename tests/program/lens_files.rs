@@ -52,7 +52,7 @@ fn lenses_are_written_in_the_format_of_their_ending() {
         (9.0, 40.0)
     );
     assert!(back.surfaces[0].dispersion.is_some());
-    // In formats that have positions, too, one that is asked for; with none all of them.
+    // Formats that have positions write the requested one alone, and all of them where none is requested.
     for name in ["still.dat", "still.json"] {
         let at = ["--zoom", "80", "--focus", "2"];
         run(&[&["lens", &zoom], &at[..], &["-o", &file(name)]].concat());

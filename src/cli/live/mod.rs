@@ -73,16 +73,15 @@ impl LiveArgs {
             let place = output::resolved(path);
             let is_in =
                 |taken: &BTreeSet<PathBuf>| place.as_ref().is_some_and(|p| taken.contains(p));
-            let why = match (is_in(&images), is_in(&checkpoints)) {
-                (true, _) => "an image is written there",
-                (false, true) => "the checkpoint has this name",
-                (false, false) => {
-                    output::check(path).map_err(Failure::from).map_err(said)?;
-                    continue;
-                }
-            };
-            let path = path.display();
-            return Err(format!("--stats {path}: {why}").into());
+            let taken = [
+                (&images, "an image is written there"),
+                (&checkpoints, "the checkpoint has this name"),
+            ];
+            if let Some((_, why)) = taken.into_iter().find(|(places, _)| is_in(places)) {
+                let path = path.display();
+                return Err(format!("--stats {path}: {why}").into());
+            }
+            output::check(path).map_err(Failure::from).map_err(said)?;
         }
         let checked = output::check_apart(&all, read).map_err(Failure::from);
         checked.map_err(said)

@@ -375,7 +375,7 @@ impl Design {
         let own = surfaces[i].aperture;
         if (own - beam).abs() > ALIKE * beam {
             self.notes.warnings.push(rows[i].note(format!(
-                "the file's aperture fills {beam:.4} mm of the stop, whose own diameter is {own:.4} mm: that counts (for the other give the aperture diameter)"
+                "the file's aperture fills {beam:.4} mm of the stop, whose own diameter is {own:.4} mm: the stop's diameter counts; to use the other, give it as the aperture diameter"
             )));
         }
     }
