@@ -6,7 +6,7 @@
 //! ([`crate::film`]), so that a resumed render ends in the bits of an undisturbed one.
 //!
 //! ```text
-//! "fstop checkpoint 7\n"   length, header (JSON), CRC   length, record, CRC   ...
+//! "fstop checkpoint 8\n"   length, header (JSON), CRC   length, record, CRC   ...
 //! ```
 
 mod contents;
@@ -34,7 +34,7 @@ use std::time::{Duration, Instant};
 use whole::KeptWhole;
 
 /// The first bytes of every checkpoint; the number is the format's.
-const MAGIC: &[u8] = b"fstop checkpoint 7\n";
+const MAGIC: &[u8] = b"fstop checkpoint 8\n";
 
 /// Longest record that is believed: a tile with all nodes that it can have.
 const LONGEST: u32 = 1 << 28;

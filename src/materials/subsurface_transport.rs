@@ -42,6 +42,24 @@ pub(super) struct Part {
 pub(super) type Parts = ArrayVec<Part, MAX_LOBES>;
 
 impl Material {
+    /// Returns `true` if all light that `bsdf` at `hit` transmits is scattered below. Never in a mix, where some of it may continue
+    /// straight: which part it is that transmits is chosen for each sample.
+    pub fn scatters_below(
+        &self,
+        hit: &SurfaceHit,
+        bsdf: &Bsdf,
+        footprint: &Footprint,
+        textures: &Textures,
+        materials: &[Material],
+    ) -> bool {
+        let at = Place {
+            point: hit.texture_point(footprint),
+            textures,
+            materials,
+        };
+        !matches!(self.kind, MaterialKind::Mix(_)) && self.kind.bssrdf(hit, bsdf, &at).is_some()
+    }
+
     /// How light continues that this material's `bsdf` at `hit` has transmitted as `sample`; `materials` are those of
     /// the scene, for the handles of mixes, and `choice` returns a sample in [0, 1) if one is needed.
     pub fn subsurface_transport<'a>(

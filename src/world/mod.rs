@@ -11,7 +11,7 @@ use crate::materials::subsurface_transport::SubsurfaceTransport;
 use crate::math::ray::{Ray, RayDifferentials};
 use crate::math::{Rgb, Vec2, Vec3};
 use crate::media::Media;
-use crate::surface::{SurfaceHit, TexturePoint};
+use crate::surface::{ReceiverSide, SurfaceHit, TexturePoint};
 use crate::textures::Textures;
 
 /// The most surfaces without material on a path: more are a modeling error, and a ray that is caught between
@@ -267,6 +267,25 @@ impl World {
         let footprint = surface.footprint(differentials);
         let (textures, materials) = (&self.textures, &self.materials);
         material.subsurface_transport(surface, scattered, &footprint, textures, materials, choice)
+    }
+
+    /// Returns `true` if all light that `bsdf` at a hit transmits, other than by smooth glass, is scattered below the surface.
+    pub fn scatters_below(
+        &self,
+        hit: &GeometryHit,
+        bsdf: &Bsdf,
+        differentials: Option<&RayDifferentials>,
+    ) -> bool {
+        if !self.has_interiors || bsdf.receiver_side(hit.surface.wo) != ReceiverSide::BothSides {
+            return false;
+        }
+        let Some(material) = self.material(hit.material) else {
+            return false;
+        };
+        let surface = &hit.surface;
+        let footprint = surface.footprint(differentials);
+        let (textures, materials) = (&self.textures, &self.materials);
+        material.scatters_below(surface, bsdf, &footprint, textures, materials)
     }
 
     /// The light with this handle.

@@ -26,6 +26,7 @@ mod mixed_interiors;
 mod null_boundaries;
 mod ptex;
 mod references;
+mod rough_interiors;
 mod stacks;
 mod tables;
 mod volumes;

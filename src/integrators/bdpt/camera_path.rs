@@ -162,16 +162,21 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         if self.trail.walk.depth >= self.bdpt.max_depth {
             return None;
         }
-        let medium = self.trail.walk.medium;
         let bsdf = &bsdf;
-        let vertex = Vertex::Surface { hit, bsdf, medium };
+        let below = world.scatters_below(hit, bsdf, differentials);
+        let vertex = Vertex::Surface {
+            hit,
+            bsdf,
+            medium: self.trail.walk.medium,
+            below,
+        };
         if vertex.connects() {
             self.join(vertex, &history);
         }
         if self.is_spent() {
             return None;
         }
-        self.scatter((hit, bsdf), &history, differentials)
+        self.scatter((hit, bsdf, below), &history, differentials)
     }
 
     /// Extends the path by a vertex on a smooth boundary. Early in the path it takes both ways, so that neither is noisy for the choice.
@@ -388,7 +393,7 @@ impl<'c, 'a> CameraPath<'c, 'a> {
     /// Continues from a surface.
     fn scatter(
         &mut self,
-        (hit, bsdf): (&GeometryHit, &Bsdf<'a>),
+        (hit, bsdf, below): (&GeometryHit, &Bsdf<'a>, bool),
         history: &History,
         differentials: Option<&RayDifferentials>,
     ) -> Option<()> {
@@ -396,9 +401,14 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let turn = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         let sample = &turn.sample;
         self.trail.walk.throughput *= turn.factor;
+        // No light path continues from below to here.
+        let reverse = match below && sample.transmission {
+            true => 0.0,
+            false => turn.reverse,
+        };
         let follow = |walk: &mut Walk| {
             let link = (history, self.bdpt.connections);
-            walk.scatter_at_surface(world, (hit, bsdf), sample, turn.reverse, link);
+            walk.scatter_at_surface(world, (hit, bsdf), sample, reverse, link);
         };
         if !sample.transmission {
             follow(&mut self.trail.walk);
@@ -431,8 +441,13 @@ impl<'c, 'a> CameraPath<'c, 'a> {
         let exit = find_exit(world, self.context.stream, &bssrdf, hit)?;
         self.trail.walk.throughput *= exit.weight;
         let (hit, bsdf) = (&exit.hit, &exit.bsdf);
-        let medium = self.trail.walk.medium;
-        self.join(Vertex::Surface { hit, bsdf, medium }, &History::ALONE);
+        let vertex = Vertex::Surface {
+            hit,
+            bsdf,
+            medium: self.trail.walk.medium,
+            below: false,
+        };
+        self.join(vertex, &History::ALONE);
         let next = Turn::sample(hit, bsdf, Carries::Radiance, self.context.stream)?;
         self.trail.walk.throughput *= next.factor;
         let link = (&History::ALONE, self.bdpt.connections);

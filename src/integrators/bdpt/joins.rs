@@ -51,6 +51,11 @@ impl<'a> CameraPath<'_, 'a> {
         let Some(scattered) = vertex.radiance(arriving.wi) else {
             return;
         };
+        // No light path continues through a surface below which light is scattered.
+        let reverse = match vertex.ends_toward(arriving.wi) {
+            true => 0.0,
+            false => f64::from(scattered.reverse),
+        };
         let contribution = scattered.value * arriving.radiance / (pmf * arriving.pdf);
         if is_black(contribution) {
             return;
@@ -75,7 +80,7 @@ impl<'a> CameraPath<'_, 'a> {
                 };
                 let densities = lit.densities(world, lights, pmf);
                 let begun = densities.onward * densities.emitted / densities.direct;
-                history.earlier(begun, scattered.reverse.into())
+                history.earlier(begun, reverse)
             }
         };
         let weight = weight(met, camera);
@@ -161,10 +166,13 @@ impl<'a> CameraPath<'_, 'a> {
             }
             let shadow = from.shadow_ray_to(to.p, to.p_error, to.n);
             let w = (to.p - from.p) / distance2.sqrt();
+            if vertex.ends_toward(w) {
+                continue;
+            }
             let Some(here) = vertex.radiance(w) else {
                 continue;
             };
-            let Some(there) = end.vertex.importance(-w) else {
+            let Some(there) = end.importance(-w) else {
                 continue;
             };
             // The cosine at either vertex is in its value: `importance` has the geometric one toward the camera's vertex.

@@ -35,6 +35,7 @@ enum Place<'a> {
         hit: GeometryHit,
         bsdf: Bsdf<'a>,
         medium: Option<MediumId>,
+        below: bool,
     },
     Flat(FlatVertex),
     Medium(MediumVertex),
@@ -43,10 +44,16 @@ enum Place<'a> {
 impl<'a> LightVertex<'_, 'a> {
     fn keep(&self) -> Kept<'a> {
         let at = match self.vertex {
-            Vertex::Surface { hit, bsdf, medium } => Place::Surface {
+            Vertex::Surface {
+                hit,
+                bsdf,
+                medium,
+                below,
+            } => Place::Surface {
                 hit: *hit,
                 bsdf: bsdf.clone(),
                 medium,
+                below,
             },
             Vertex::Flat(at) => Place::Flat(*at),
             Vertex::Medium(at) => Place::Medium(*at),
@@ -69,10 +76,16 @@ impl<'a> LightVertex<'_, 'a> {
 impl<'a> Kept<'a> {
     fn view(&self) -> LightVertex<'_, 'a> {
         let vertex = match &self.at {
-            Place::Surface { hit, bsdf, medium } => Vertex::Surface {
+            Place::Surface {
+                hit,
+                bsdf,
+                medium,
+                below,
+            } => Vertex::Surface {
                 hit,
                 bsdf,
                 medium: *medium,
+                below: *below,
             },
             Place::Flat(at) => Vertex::Flat(at),
             Place::Medium(at) => Vertex::Medium(at),

@@ -2,7 +2,7 @@
 
 use super::Bdpt;
 use super::light_end::{Lit, end_as_hit};
-use super::vertex::{FlatVertex, Vertex};
+use super::vertex::{FlatVertex, Scattered, Vertex};
 use super::walk::{Branches, Carries, Met, Spread, Turn, Walk, boundary_receiver, surface_bsdf};
 use super::weights::{History, Onward, square};
 use crate::accel::GeometryHit;
@@ -15,7 +15,7 @@ use crate::integrators::subsurface::find_exit;
 use crate::integrators::vertices::Next;
 use crate::integrators::{BOTH_WAYS, Beginning};
 use crate::lights::{Emission, LightEnd};
-use crate::math::{Rgb, color::is_black};
+use crate::math::{Rgb, Vec3, color::is_black};
 use crate::samplers::SampleStream;
 use crate::surface::ReferencePoint;
 use crate::world::World;
@@ -28,6 +28,23 @@ pub(super) struct LightVertex<'v, 'a> {
     pub history: History,
     /// Scattering events before it.
     pub depth: u32,
+}
+
+impl LightVertex<'_, '_> {
+    /// [`Vertex::importance`]; through a surface below which light is scattered that of the light itself alone, and no path
+    /// continues there.
+    pub(super) fn importance(&self, wi: Vec3) -> Option<Scattered> {
+        let through = self.vertex.ends_toward(wi);
+        if through && self.depth > 0 {
+            return None;
+        }
+        let scattered = self.vertex.importance(wi)?;
+        let forward = if through { 0.0 } else { scattered.forward };
+        Some(Scattered {
+            forward,
+            ..scattered
+        })
+    }
 }
 
 /// Where a light path begins.
@@ -174,8 +191,12 @@ impl<'a> LightTracer<'_, 'a> {
                 if surface_bsdf(world, hit, None, Carries::Importance, &mut bsdf).is_none() {
                     return walk.pass(world, hit);
                 }
-                let (bsdf, medium) = (&bsdf, walk.medium);
-                Vertex::Surface { hit, bsdf, medium }
+                Vertex::Surface {
+                    hit,
+                    bsdf: &bsdf,
+                    medium: walk.medium,
+                    below: world.scatters_below(hit, &bsdf, None),
+                }
             }
         };
         let from = vertex.reference_point();
@@ -376,6 +397,7 @@ impl<'a> LightTracer<'_, 'a> {
                 hit: &hit,
                 bsdf: &bsdf,
                 medium: walk.medium,
+                below: false,
             },
             throughput: walk.throughput,
             history: History::ALONE,

@@ -131,7 +131,7 @@ impl<'c, 'a, S: FnMut(Splat)> Waiting<'c, 'a, S> {
         stream: &SampleStream,
     ) -> Option<()> {
         let aim = self.job.camera.aim(&end.vertex.reference_point(), at)?;
-        let scattered = end.vertex.importance(aim.wi)?;
+        let scattered = end.importance(aim.wi)?;
         self.pending.push(Pending {
             path,
             begins_at,

@@ -20,6 +20,8 @@ pub(super) enum Vertex<'v, 'a> {
         bsdf: &'v Bsdf<'a>,
         /// The medium that the subpath arrived through.
         medium: Option<MediumId>,
+        /// All light that it transmits is scattered below ([`World::scatters_below`]): no subpath continues straight.
+        below: bool,
     },
     /// On a flat triangle that is matte everywhere, and no interface between media.
     Flat(&'v FlatVertex),
@@ -74,6 +76,18 @@ impl Vertex<'_, '_> {
         match self {
             Vertex::Surface { bsdf, .. } => bsdf.has_non_specular(),
             Vertex::Flat(_) | Vertex::Medium(_) => true,
+        }
+    }
+
+    /// Returns `true` if `w` is on the other side of a surface below which all light is scattered. A path sees emission through it, as
+    /// through glass, but nothing else, and does not continue there.
+    pub(super) fn ends_toward(&self, w: Vec3) -> bool {
+        match self {
+            Vertex::Surface { below: false, .. } | Vertex::Flat(_) | Vertex::Medium(_) => false,
+            Vertex::Surface { hit, .. } => {
+                let surface = &hit.surface;
+                surface.n.dot(w) * surface.n.dot(surface.wo) < 0.0
+            }
         }
     }
 
