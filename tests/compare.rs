@@ -375,6 +375,55 @@ fn windows_must_be_the_same_where_files_know_them() {
     );
 }
 
+/// Pixels beyond the display window, on either side of it, are pixels as others are; files of other display windows are told apart.
+#[test]
+fn overscan_is_compared_and_said() {
+    use exr::meta::attribute::{Chromaticities, IntegerBounds};
+    use exr::meta::header::{ImageAttributes, LayerAttributes};
+    use exr::prelude::{Encoding, Image as File, Layer, SpecificChannels, Vec2, WritableImage};
+    let folder = Folder::new();
+    // Pixels from (−4, −2) on, of a display window of this size at (0, 0).
+    let file = |name: &str, seed: u64, display: (usize, usize), red: f32| {
+        let image = render(seed, SMALL);
+        let of = |Vec2(x, y): Vec2<usize>| image.pixels[y * SMALL.x as usize + x].into();
+        let channels = SpecificChannels::rgb(of);
+        let attributes = LayerAttributes {
+            layer_position: Vec2(-4, -2),
+            ..LayerAttributes::default()
+        };
+        let size = (SMALL.x as usize, SMALL.y as usize);
+        let layer = Layer::new(size, attributes, Encoding::UNCOMPRESSED, channels);
+        let mut whole = ImageAttributes::new(IntegerBounds::from_dimensions(display));
+        whole.chromaticities = Some(Chromaticities {
+            red: Vec2(red, 0.33),
+            green: Vec2(0.3, 0.6),
+            blue: Vec2(0.15, 0.06),
+            white: Vec2(0.3127, 0.329),
+        });
+        let path = folder.path(name);
+        { File::new(whole, layer).write().to_file(&path) }.expect("a writable folder");
+        path
+    };
+    let a = file("a.exr", 1, (32, 26), 0.64);
+    let b = file("b.exr", 2, (32, 26), 0.64);
+    let run = compare(&[&a, &b]);
+    assert_eq!(run.code, 0, "{}\n{}", run.stdout, run.stderr);
+    let window =
+        "of a data window (x -4..36 y -2..28) beyond the display window of 32 × 26 (overscan";
+    assert_eq!(run.stdout.matches(window).count(), 2, "{}", run.stdout);
+    assert!(!run.stdout.contains("crop"), "{}", run.stdout);
+    for word in ["display windows differ", "primaries"] {
+        assert!(!run.stdout.contains(word), "{}", run.stdout);
+    }
+    let other = compare(&[&a, &file("c.exr", 3, (36, 28), 0.708)]).stdout;
+    for word in [
+        "display windows differ",
+        "B has primaries other than Rec. 709's",
+    ] {
+        assert!(other.contains(word), "{other}");
+    }
+}
+
 #[test]
 fn trouble_has_a_code_of_its_own() {
     let folder = Folder::new();

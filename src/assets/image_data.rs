@@ -4,7 +4,9 @@ use super::{openexr, pfm};
 use crate::budget::{Budget, Held};
 use crate::files::{self, FileError};
 use crate::math::Rgb;
+use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -243,6 +245,9 @@ impl Format {
             }
             _ => {}
         }
+        if bytes.starts_with(RADIANCE) {
+            return Some(Format::Other(ImageFormat::Hdr));
+        }
         if bytes.starts_with(b"PF") || bytes.starts_with(b"Pf") {
             return Some(Format::Pfm);
         }
@@ -261,8 +266,39 @@ impl Format {
 /// Bytes in which the header of any image is expected; those of photographs may hold a preview.
 const HEADER: u64 = 1 << 20;
 
+/// What a Radiance file begins with; the word that follows is the program's (`#?RADIANCE`, Mitsuba's `#?RGBE`).
+const RADIANCE: &[u8] = b"#?";
+
+/// With the only word there that the decoder knows.
+fn decodable(bytes: &[u8], format: ImageFormat) -> Cow<'_, [u8]> {
+    let end = bytes.iter().position(|&byte| byte == b'\n');
+    match end.and_then(|end| bytes.get(end..)) {
+        Some(rest) if format == ImageFormat::Hdr && bytes.starts_with(RADIANCE) => {
+            Cow::Owned([b"#?RADIANCE", rest].concat())
+        }
+        _ => Cow::Borrowed(bytes),
+    }
+}
+
+/// What the values of a Radiance file are divided by to be light: all its lines `EXPOSURE=` and `COLORCORR=` together
+/// (G. Ward, "Real Pixels", Graphics Gems II, 1991, and Radiance's File Formats, "Picture Files").
+fn exposure(bytes: &[u8]) -> Result<Rgb, String> {
+    let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let found = decoder.metadata();
+    let correction = Rgb::from(found.color_correction.unwrap_or((1.0, 1.0, 1.0)));
+    let exposure = correction * found.exposure.unwrap_or(1.0);
+    match exposure.is_finite() && exposure.min_element() > 0.0 {
+        true => Ok(exposure),
+        false => Err(
+            "its header's EXPOSURE or COLORCORR, which light is to be divided by, is not above 0"
+                .into(),
+        ),
+    }
+}
+
 /// Width, height, bytes of a texel as decoded, and as floats.
 fn decoder_extent(bytes: &[u8], format: ImageFormat) -> Result<(usize, usize, u64, u64), String> {
+    let bytes = decodable(bytes, format);
     let reader = ImageReader::with_format(Cursor::new(bytes), format);
     let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
     let (width, height) = decoder.dimensions();
@@ -282,6 +318,11 @@ fn read_with_image_crate(
     format: ImageFormat,
     limit: SizeLimit,
 ) -> Result<ImageData, String> {
+    let bytes = &*decodable(bytes, format);
+    let exposure = match format {
+        ImageFormat::Hdr => exposure(bytes)?,
+        _ => Rgb::ONE,
+    };
     let size = ImageReader::with_format(Cursor::new(bytes), format)
         .into_dimensions()
         .map_err(|e| e.to_string())?;
@@ -299,7 +340,8 @@ fn read_with_image_crate(
     };
     let rgb = decoded.into_rgb32f();
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    let texels = rgb.as_raw().chunks_exact(3).map(Rgb::from_slice).collect();
+    let texels = rgb.as_raw().chunks_exact(3).map(Rgb::from_slice);
+    let texels = texels.map(|texel| texel / exposure).collect();
     ImageData::from_texels(width, height, encoding, texels).ok_or_else(|| "it has no pixels".into())
 }
 
@@ -399,6 +441,35 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// One texel of 1, 0.5 and 0.25, by programs of different names, and after exposures of 2 and of 1/2, 1, 4.
+    #[test]
+    fn radiance_files_say_their_program_and_exposure() {
+        let directory = tempfile::tempdir().unwrap();
+        for (header, expected) in [
+            ("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", [1.0, 0.5, 0.25]),
+            ("#?RGBE\nFORMAT=32-bit_rle_rgbe\n", [1.0, 0.5, 0.25]),
+            (
+                "#?RGBE\nEXPOSURE=2\nEXPOSURE=2\nCOLORCORR=0.25 1 0.5\n",
+                [1.0, 0.125, 0.125],
+            ),
+        ] {
+            let bytes = [header.as_bytes(), b"\n-Y 1 +X 1\n", &[128, 64, 32, 129]].concat();
+            // The signature alone says what it is.
+            let path = directory.path().join("image");
+            std::fs::write(&path, &bytes).unwrap();
+            assert_eq!(
+                load(&path).unwrap().pixel(0, 0).to_array(),
+                expected,
+                "{header}"
+            );
+            let extent = ImageData::extent(&path).unwrap();
+            assert_eq!((extent.width, extent.height), (1, 1));
+        }
+        let none = b"#?RGBE\nEXPOSURE=0\n\n-Y 1 +X 1\n\x80\x40\x20\x81";
+        let format = Format::Other(ImageFormat::Hdr);
+        assert!(decode(none, format).unwrap_err().contains("EXPOSURE"));
     }
 
     #[test]

@@ -13,7 +13,7 @@ pub(super) fn read(bytes: &[u8], limit: SizeLimit) -> Result<ImageData, String> 
     check_sizes(bytes, limit)?;
     let layer = part(bytes)?.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
-    let [r, g, b] = choose_channels(&layer.channel_data)?;
+    let [r, g, b] = choose_channels(&layer.channel_data)?.channels;
     let value =
         |channel: Option<&FlatSamples>, i| channel.map_or(0.0, |samples| sample(samples, i));
     let texels = (0..width * height)
@@ -161,22 +161,34 @@ fn is_image(prefix: &str) -> bool {
     layer.is_some_and(|layer| IMAGES.iter().any(|image| image.eq_ignore_ascii_case(layer)))
 }
 
-/// What stands before the last part of channels' names, those of the image first.
+/// What stands before the last part of channels' names, those of the image first, and those of variances (docs/compare.md) last.
 fn prefixes(names: &[String]) -> Vec<&str> {
     let named = names
         .iter()
         .filter_map(|name| name.rfind('.').map(|dot| &name[..=dot]));
     let mut prefixes: Vec<&str> = std::iter::once("").chain(named).collect();
     // Stable: plain names stay first, and others in their order.
-    prefixes.sort_by_key(|prefix| !(prefix.is_empty() || is_image(prefix)));
+    prefixes.sort_by_key(|prefix| match prefix {
+        _ if prefix.is_empty() || is_image(prefix) => 0,
+        _ if prefix.ends_with("var.") || prefix.ends_with("independent.") => 2,
+        _ => 1,
+    });
     prefixes
+}
+
+/// The channels that hold an image.
+pub(crate) struct Chosen<'a> {
+    /// What stands before their names.
+    pub prefix: String,
+    /// Red, green and blue.
+    pub channels: [Option<&'a FlatSamples>; 3],
+    /// It is one channel three times.
+    pub is_gray: bool,
 }
 
 /// The channels that hold red, green and blue (a missing one is 0): those called R, G and B; else
 /// those of a layer that is called as [`IMAGES`] are, or the first layer's (`left.R` …); else Y, or the only channel, for all three.
-fn choose_channels(
-    channels: &AnyChannels<FlatSamples>,
-) -> Result<[Option<&FlatSamples>; 3], String> {
+pub(crate) fn choose_channels(channels: &AnyChannels<FlatSamples>) -> Result<Chosen<'_>, String> {
     let find = |name: &str| {
         channels
             .list
@@ -188,14 +200,26 @@ fn choose_channels(
     for prefix in prefixes(&names) {
         let rgb = ["R", "G", "B"].map(|c| find(&format!("{prefix}{c}")));
         if rgb.iter().any(Option::is_some) {
-            return Ok(rgb);
+            return Ok(Chosen {
+                prefix: prefix.to_owned(),
+                channels: rgb,
+                is_gray: false,
+            });
         }
         if let Some(y) = find(&format!("{prefix}Y")) {
-            return Ok([Some(y); 3]);
+            return Ok(Chosen {
+                prefix: prefix.to_owned(),
+                channels: [Some(y); 3],
+                is_gray: true,
+            });
         }
     }
     match channels.list.as_slice() {
-        [only] if !only.name.eq_case_insensitive("Z") => Ok([Some(&only.sample_data); 3]),
+        [only] if !only.name.eq_case_insensitive("Z") => Ok(Chosen {
+            prefix: String::new(),
+            channels: [Some(&only.sample_data); 3],
+            is_gray: true,
+        }),
         [_] => Err("its only channel is Z, a depth: it holds no image".into()),
         _ => Err(format!(
             "none of its channels ({}) is R, G, B or Y",
@@ -318,5 +342,6 @@ mod tests {
         assert_eq!(of(&blender), " ViewLayer.Combined. ViewLayer.Albedo.");
         assert_eq!(of(&["R", "albedo.R", "Beauty.R"]), " Beauty. albedo.");
         assert_eq!(of(&["left.R", "right.R"]), " left. right.");
+        assert_eq!(of(&["var.R", "view.R"]), " view. var.");
     }
 }

@@ -163,7 +163,13 @@ pub fn compare(a: &Estimate, b: &Estimate, options: &Options) -> Result<Comparis
         findable: pair.findable(),
         uniformity: pair.uniformity(),
         neighbors: Neighbors::new(&pair.a, &pair.b, pair.noise == NoiseSource::Stored),
-        metrics: Metrics::new(&pair.a, &pair.b, pair.noise, non_finite.left_out),
+        metrics: Metrics::new(
+            &pair.a,
+            &pair.b,
+            pair.noise,
+            options.cell,
+            non_finite.left_out,
+        ),
         non_finite,
     })
 }

@@ -27,8 +27,8 @@ pub struct Options {
     /// Source of the noise estimate.
     pub noise: Noise,
     /// Side in pixels of the squares that count as one observation when noise is estimated from the scatter of the
-    /// difference: 1 for pixels that are independent of each other, the width of the reconstruction filter where
-    /// samples are splatted.
+    /// difference: 1 for pixels that are independent of each other, about twice the width of the reconstruction filter
+    /// where samples are splatted.
     pub cell: u32,
     /// Use the common variance described above if possible; otherwise always plain Welch's test.
     pub common_variance: bool,

@@ -104,7 +104,7 @@ impl Comparison {
                 "Differences of neighboring pixels correlate ({:+.2}): either {cause}, or the \
                  images' noise is not independent from pixel to pixel (splatting filter, denoiser, \
                  scaling) and tests of blocks are too sure; then compare renders with independent pixels, \
-                 or use a cell as wide as the filter (--noise spatial --cell N).",
+                 or use a cell about twice as wide as the filter (--noise spatial --cell N).",
                 self.neighbors.correlation
             )
         })

@@ -51,7 +51,7 @@ pub(super) fn encode(
         Text::default(),
         (size.x as usize, size.y as usize),
         { channels.iter() }
-            .map(|channel| ChannelDescription::named(&*channel.name, channel.kind()))
+            .map(|channel| ChannelDescription::named(text(&channel.name), channel.kind()))
             .collect(),
     );
     let blocks = BlockDescription::ScanLines;
@@ -279,7 +279,10 @@ fn layer_attributes(image: &Image, metadata: &FilmMetadata) -> LayerAttributes {
     };
     let spp = i32::try_from(metadata.spp).unwrap_or(i32::MAX);
     let mut add = |name: &str, value: AttributeValue| attributes.other.insert(text(name), value);
-    add("spp", AttributeValue::I32(spp));
+    // A mean of files that do not say it has none.
+    if spp > 0 {
+        add("spp", AttributeValue::I32(spp));
+    }
     if let Some(error) = metadata.relative_error {
         add("relativeError", AttributeValue::F32(error as f32));
     }

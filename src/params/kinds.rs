@@ -5,7 +5,7 @@
 //! Either way the parameters are left in peace: nobody can say which of them the type would use.
 
 use super::ParamReader;
-use super::{iset3d, v4};
+use super::{Dialect, iset3d, v2, v4};
 use crate::syntax::{Diagnostic, ParamType, suggest};
 
 impl ParamReader<'_> {
@@ -40,6 +40,10 @@ impl ParamReader<'_> {
             ))
             } else if let Some(note) = v4::note(self.word(), self.kind()) {
                 self.context.diagnostics.looks_like_v4();
+                diagnostic.with_note(note)
+            } else if let Some(note) =
+                v2::note(self.word(), self.kind()).filter(|_| self.dialect() == Dialect::V3)
+            {
                 diagnostic.with_note(note)
             } else if let Some(note) = iset3d::note(self.word(), self.kind()) {
                 diagnostic.with_note(note)

@@ -1,6 +1,6 @@
 //! Parameters nobody asked for.
 
-use super::ParamReader;
+use super::{Dialect, ParamReader, iset3d, v4};
 use crate::syntax::{Diagnostic, Param, ParamGroup, suggest};
 
 impl ParamReader<'_> {
@@ -40,12 +40,18 @@ impl ParamReader<'_> {
             .at(param.declaration)
             .label(format!("expected {expected}"));
         }
-        Diagnostic::warning(format!(
-            "parameter `{name}` is not used by {}",
-            self.described()
-        ))
-        .at(param.declaration)
-        .with_suggestion(suggest::nearest(name, asked.iter().map(String::as_str)))
+        let message = format!("parameter `{name}` is not used by {}", self.described());
+        let warning = Diagnostic::warning(message).at(param.declaration);
+        let v4 = match self.dialect() {
+            Dialect::V3 => v4::parameter(self.word, name, asked),
+            Dialect::V2 => None,
+        };
+        match v4.or_else(|| iset3d::parameter(self.word, name).map(str::to_owned)) {
+            Some(note) => warning.with_note(note),
+            None => {
+                warning.with_suggestion(suggest::nearest(name, asked.iter().map(String::as_str)))
+            }
+        }
     }
 
     /// `Shape "sphere"`.

@@ -115,6 +115,15 @@ pub fn rows(directive: &str) -> &'static [Row] {
     }
 }
 
+/// What is to be said where `kind` is a type that the directive `word` has in pbrt-v2 only, in a scene that is read as pbrt-v3's.
+pub(super) fn note(word: &str, kind: &str) -> Option<String> {
+    let of_v2 = match word {
+        "Material" | "MakeNamedMaterial" => matches!(kind, "shinymetal" | "measured"),
+        _ => false,
+    };
+    of_v2.then(|| format!("`{kind}` is pbrt-v2's; with `--dialect v2` the scene is read so"))
+}
+
 impl ParamReader<'_> {
     fn row(&self, name: &str) -> Option<V2> {
         let holds =
@@ -188,6 +197,22 @@ impl Dialect {
 mod tests {
     use super::*;
     use crate::params::testing::{Surroundings, read_in};
+
+    #[test]
+    fn materials_of_v2_are_known_in_v3() {
+        for (dialect, told) in [(Dialect::V2, false), (Dialect::V3, true)] {
+            let surroundings = Surroundings {
+                dialect,
+                word: "MakeNamedMaterial",
+                ..Surroundings::default()
+            };
+            let outcome = read_in(&surroundings, "shinymetal", "", |p| {
+                p.unknown_kind_replaced(&["matte"], "a matte is used");
+            });
+            assert_eq!(outcome.text.contains("`--dialect v2`"), told);
+        }
+        assert_eq!(note("Shape", "measured"), None);
+    }
 
     #[test]
     fn each_kind_of_row_is_followed() {

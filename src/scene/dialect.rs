@@ -17,11 +17,16 @@ pub enum DialectChoice {
 pub const INCLUDE_IN_LIST: &str =
     "it has an `Include` among parameters, which only pbrt-v2 follows";
 
+/// Samplers that pbrt-v3 does not have (docs/scene-language.md §A.2).
+const V2_SAMPLERS: [&str; 2] = ["adaptive", "bestcandidate"];
+
 /// The evidence found so far.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
     /// The first directive that only pbrt-v2 has.
     pub v2_directive: Option<&'static str>,
+    /// The first sampler that only pbrt-v2 has.
+    pub v2_sampler: Option<&'static str>,
     /// `true` if a camera in the course's form was given.
     pub course_camera: bool,
     /// `true` if an `Integrator` directive, which only v3 has, was given.
@@ -36,6 +41,12 @@ impl Evidence {
         if matches!(kind, DirectiveKind::Integrator(_)) {
             self.v3_integrator = true;
         }
+        if let DirectiveKind::Sampler(sampler) = kind {
+            let known = V2_SAMPLERS
+                .into_iter()
+                .find(|name| *name == sampler.kind.text);
+            self.v2_sampler = self.v2_sampler.or(known);
+        }
         if is_v2_only(kind) {
             self.v2_directive = self.v2_directive.or(Some(kind.word()));
         }
@@ -45,6 +56,11 @@ impl Evidence {
     pub fn verdict(&self) -> (Dialect, Option<String>) {
         if let Some(word) = self.v2_directive {
             let reason = format!("it uses `{word}`, which only pbrt-v2 has");
+            return (Dialect::V2, Some(reason));
+        }
+        if let Some(name) = self.v2_sampler.filter(|_| !self.v3_integrator) {
+            let reason =
+                format!("it has the sampler `{name}`, which only pbrt-v2 has, and no `Integrator`");
             return (Dialect::V2, Some(reason));
         }
         if self.course_camera && !self.v3_integrator {
@@ -70,6 +86,29 @@ pub fn is_v2_only(kind: &DirectiveKind) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::syntax::{Diagnostics, Parser, SourceMap};
+
+    #[test]
+    fn a_sampler_of_v2_without_a_v3_integrator_is_v2() {
+        let verdict = |text: &str| {
+            let (sources, diagnostics) = (SourceMap::new(), Diagnostics::new());
+            let file = sources.add_text("a.pbrt", text.to_string());
+            let mut evidence = Evidence::default();
+            for directive in Parser::new(&sources, file, &diagnostics) {
+                evidence.note(&directive.kind);
+            }
+            evidence.verdict()
+        };
+        for name in V2_SAMPLERS {
+            let sampler = format!("Sampler \"{name}\"\n");
+            let (dialect, reason) = verdict(&sampler);
+            assert_eq!(dialect, Dialect::V2);
+            assert!(reason.is_some_and(|reason| reason.contains(name)));
+            let v3 = verdict(&(sampler + "Integrator \"path\""));
+            assert_eq!(v3, (Dialect::V3, None));
+        }
+        assert_eq!(verdict("Sampler \"random\"").0, Dialect::V3);
+    }
 
     #[test]
     fn course_camera_with_a_v3_integrator_is_v3() {

@@ -1,6 +1,6 @@
 //! How many samples find a difference.
 
-use crate::compare::{CompareError, Estimate, Findable, Options, findable};
+use crate::compare::{CompareError, Estimate, Findable, Noise as Source, Options, findable};
 use crate::film::{Image, LoadedImage};
 use crate::math::Rgb;
 
@@ -45,6 +45,11 @@ pub enum PlanError {
     /// The noise is not known.
     #[error("{0} has no variances, or does not say how many samples it has")]
     Noise(&'static str),
+    /// The suite says that there is none.
+    #[error(
+        "the suite says `noise = \"none\"`: images without noise are known as they are, with any number of samples"
+    )]
+    Noiseless,
     /// The images cannot be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
@@ -67,17 +72,31 @@ impl Plan {
         aim: Aim,
         options: &Options,
     ) -> Result<Plan, PlanError> {
+        if options.noise == Source::None {
+            return Err(PlanError::Noiseless);
+        }
+        // By variances alone: what both images show does not change with the number of samples.
+        let options = &Options {
+            noise: Source::Stored,
+            ..options.clone()
+        };
         let noise = Noise::of(pilot).ok_or(PlanError::Noise("the render"))?;
         let theirs = match reference {
             Some(reference) => Some(Noise::of(reference).ok_or(PlanError::Noise("the reference"))?),
             None => None,
         };
         let found = |spp: f64, other: Scaled| {
-            let all = findable(&noise.scaled(spp).estimate(), &other.estimate(), options)?;
-            let asked = all.into_iter().find(|found| found.side == aim.side);
-            asked.ok_or(PlanError::Size)
+            let own = noise.scaled(spp, 1.0);
+            match findable(&own.estimate(), &other.estimate(), options) {
+                // With so few samples, or runs, variances are not known any more.
+                Err(CompareError::NoVariance(_)) => Ok(nothing(pilot, aim)),
+                all => {
+                    let asked = all?.into_iter().find(|found| found.side == aim.side);
+                    asked.ok_or(PlanError::Size)
+                }
+            }
         };
-        let anew = |spp: f64| found(spp, noise.scaled(spp * times));
+        let anew = |spp: f64| found(spp, noise.scaled(spp * times, times));
         let Some(theirs) = theirs else {
             return Ok(Plan {
                 now: anew(noise.samples)?,
@@ -85,12 +104,23 @@ impl Plan {
                 anew: least(anew, aim)?,
             });
         };
-        let kept = |spp: f64| found(spp, theirs.scaled(theirs.samples));
+        let kept = |spp: f64| found(spp, theirs.scaled(theirs.samples, 1.0));
         Ok(Plan {
             now: kept(noise.samples)?,
             kept: least(kept, aim)?,
             anew: least(anew, aim)?,
         })
+    }
+}
+
+/// What is found where nothing is.
+fn nothing(pilot: &LoadedImage, aim: Aim) -> Findable {
+    Findable {
+        side: aim.side,
+        bounds: pilot.image.bounds,
+        channel: 0,
+        relative: f64::INFINITY,
+        effective_samples: 0.0,
     }
 }
 
@@ -123,27 +153,32 @@ fn least(
 struct Noise<'a> {
     estimate: Estimate<'a>,
     samples: f64,
+    /// Its variances are the scatter of its runs, whose number is all that says how well they are known.
+    is_scatter: bool,
 }
 
 impl<'a> Noise<'a> {
     fn of(loaded: &'a LoadedImage) -> Option<Noise<'a>> {
         let estimate = Estimate::of(loaded);
         let samples = estimate.samples?;
-        estimate
-            .has_variance()
-            .then_some(Noise { estimate, samples })
+        estimate.has_variance().then_some(Noise {
+            estimate,
+            samples,
+            is_scatter: loaded.freedom.is_none() && loaded.runs.is_some_and(|runs| runs > 1),
+        })
     }
 
-    /// As with another number of samples.
-    fn scaled(&self, samples: f64) -> Scaled<'a> {
+    /// As with another number of samples, in `runs` times as many runs.
+    fn scaled(&self, samples: f64, runs: f64) -> Scaled<'a> {
         let more = samples / self.samples;
+        let observations = if self.is_scatter { runs } else { more };
         let fall = if more < 1.0 { more * more } else { more };
         let less = |variances: &Vec<Rgb>| variances.iter().map(|v| *v / fall as f32).collect();
         let image = self.estimate.image;
         Scaled {
             estimate: Estimate {
                 // One degree of freedom is that of the mean; of less than one nothing is known.
-                freedom: ((self.estimate.freedom + 1.0) * more - 1.0).max(0.0),
+                freedom: ((self.estimate.freedom + 1.0) * observations - 1.0).max(0.0),
                 samples: Some(samples),
                 ..self.estimate
             },
@@ -184,14 +219,9 @@ mod tests {
         image.pixels.fill(Rgb::ONE);
         image.variance = Some(vec![Rgb::splat(0.04 / 64.0); 64 * 64]);
         let pilot = LoadedImage {
-            image,
             spp: Some(64),
-            runs: None,
             freedom: Some(1e9),
-            pool: None,
-            light_paths: None,
-            denoised: None,
-            from_xyz: false,
+            ..LoadedImage::of(image)
         };
         let options = Options::default();
         let plan = |relative, reference, times| {
@@ -228,5 +258,58 @@ mod tests {
         let shown = plan(0.8 * now, Some(&pilot), 1.0).kept.expect("samples");
         // 1/64 + 1/n = 0.64 · 2/64 takes n = 229.
         assert_eq!(shown.spp, 256);
+    }
+
+    /// The scatter of two runs is as well known with any number of samples: the proposal follows from the noise, not from where
+    /// the pilot's samples would leave no degree of freedom.
+    #[test]
+    fn two_runs_are_two_runs_with_any_number_of_samples() {
+        let plan = |spp: u32, noise| {
+            let mut image = Image::black(UVec2::new(64, 64));
+            image.pixels.fill(Rgb::ONE);
+            image.variance = Some(vec![Rgb::splat(0.09 / (2.0 * spp as f32)); 64 * 64]);
+            let pilot = LoadedImage {
+                spp: Some(spp),
+                runs: Some(2),
+                ..LoadedImage::of(image)
+            };
+            let aim = Aim {
+                relative: 0.0035,
+                side: Some(32),
+            };
+            let options = Options {
+                noise,
+                ..Options::default()
+            };
+            Plan::new(&pilot, None, 2.0, aim, &options)
+        };
+        let noise = Source::Auto;
+        let found = |spp| plan(spp, noise).expect("a plan").anew.expect("samples").spp;
+        // 4.256 + 1.645 standard errors of √(0.09/n · 3/2) / 32 are 0.35 % at n = 377; the variances' own uncertainty, of 1,024 degrees
+        // of freedom and more, adds less than a per cent.
+        assert_eq!((found(8), found(64), found(256)), (512, 512, 512));
+        // With fewer than the pilot's 2,048, variances are taken to be as 1/spp²: 512 would not do.
+        assert_eq!(found(1024), 1024);
+        assert_eq!(plan(64, Source::None), Err(PlanError::Noiseless));
+    }
+
+    /// Where fewer samples leave no degree of freedom, nothing is found: the scatter of the pilot is not asked instead.
+    #[test]
+    fn variances_that_would_not_be_known_find_nothing() {
+        let mut image = Image::black(UVec2::new(64, 64));
+        image.pixels.fill(Rgb::ONE);
+        image.variance = Some(vec![Rgb::splat(1e-9); 64 * 64]);
+        let pilot = LoadedImage {
+            spp: Some(1024),
+            freedom: Some(2.0),
+            ..LoadedImage::of(image)
+        };
+        let aim = Aim {
+            relative: 0.5,
+            side: Some(32),
+        };
+        let plan = Plan::new(&pilot, None, 1.0, aim, &Options::default()).expect("a plan");
+        // (2 + 1) n / 1024 − 1 is one degree of freedom from n = 683 on.
+        assert_eq!(plan.anew.map(|step| step.spp), Some(1024));
     }
 }

@@ -28,7 +28,7 @@ pub fn merged(runs: Vec<LoadedImage>) -> Result<LoadedImage, MergeError> {
         return runs.into_iter().next().ok_or(MergeError::None);
     }
     let first = runs.first().ok_or(MergeError::None)?;
-    let window = |run: &LoadedImage| (run.image.bounds, run.image.resolution);
+    let window = |run: &LoadedImage| (run.image.bounds, run.image.resolution, run.display);
     if runs.iter().any(|run| window(run) != window(first)) {
         return Err(MergeError::Window);
     }
@@ -61,6 +61,8 @@ pub fn merged(runs: Vec<LoadedImage>) -> Result<LoadedImage, MergeError> {
             .filter(|_| runs.iter().all(|run| run.light_paths == first.light_paths)),
         denoised: first.denoised.clone(),
         from_xyz: runs.iter().any(|run| run.from_xyz),
+        display: first.display,
+        primaries: first.primaries,
         image: Image {
             resolution: first.image.resolution,
             bounds: first.image.bounds,
@@ -97,14 +99,16 @@ fn scatter(runs: &[LoadedImage], mean: &[Rgb]) -> Vec<Rgb> {
     mean.iter().enumerate().map(of).collect()
 }
 
-/// What the file of such an image says of it. `seed` is the first run's; `spp` is written where the runs do not know it.
-pub fn metadata(image: &LoadedImage, scene: &str, seed: u64, spp: u32) -> FilmMetadata {
+/// What the file of such an image says of it. `seed` is the first run's. Samples whose number is unknown are written as 0, which
+/// [`film::read()`](crate::film::read()) takes for that.
+pub fn metadata(image: &LoadedImage, scene: &str, seed: u64) -> FilmMetadata {
     FilmMetadata {
-        spp: image.spp.unwrap_or(spp),
+        spp: image.spp.unwrap_or_default(),
         runs: image.runs.filter(|&runs| runs > 1),
         freedom: image.freedom,
         pool: image.pool,
         light_paths: image.light_paths,
+        denoised: image.denoised.clone(),
         seed,
         scene: scene.to_owned(),
         software: concat!("fstop ", env!("CARGO_PKG_VERSION")).to_string(),

@@ -78,7 +78,7 @@ impl FileTable {
             return None;
         }
         let (mut is_whole, all) = (true, entries(&root));
-        // Where the tables begin from which something unknown was taken out.
+        // Where the tables begin from which something was taken out.
         let mut reduced = BTreeSet::new();
         for _ in 0..MISTAKES {
             let error = match FileTable::deserialize(Deserializer::from(root.clone())) {
@@ -92,29 +92,29 @@ impl FileTable {
             let message = error.message();
             let is_unknown = message.starts_with("unknown field");
             // What is missing may be what was taken out, or could not be understood.
-            let is_lost = !is_whole || start.is_some_and(|start| reduced.contains(&start));
+            let is_lost = start.is_some_and(|start| reduced.contains(&start));
             if !(is_lost && message.starts_with("missing field")) {
                 refuse(&error);
             }
-            // A scene without its file is left out, and so is what is unknown.
-            is_whole &= is_unknown || message.starts_with("missing field `file`");
-            let from = take_out(root.get_mut(), 0, start?)?;
-            if is_unknown {
-                reduced.insert(from);
-            }
+            // A scene without its file is left out, a renderer without its command, and what is unknown.
+            is_whole &= is_unknown || message.starts_with("missing field");
+            reduced.insert(take_out(root.get_mut(), 0, start?)?);
         }
         problems.push(Diagnostic::error("… and more"));
         None
     }
 }
 
-/// How many entries a table has, with the items of those that are arrays.
+/// How many entries a table has, with the items of those that are arrays, and the renderers.
 fn entries(table: &Spanned<DeTable>) -> usize {
-    let of = |value: &Spanned<DeValue>| match value.get_ref() {
+    let of = |name: &str, value: &Spanned<DeValue>| match value.get_ref() {
         DeValue::Array(items) => 1 + items.len(),
+        DeValue::Table(renderers) if name == "renderer" => 1 + renderers.len(),
         _ => 1,
     };
-    table.get_ref().iter().map(|(_, value)| of(value)).sum()
+    { table.get_ref().iter() }
+        .map(|(name, value)| of(name.get_ref(), value))
+        .sum()
 }
 
 /// Takes out the innermost entry that an error at this byte is about, of a table that begins at `start`. Returns where the

@@ -373,7 +373,13 @@ impl Parser<'_> {
                 _ => ("numbers for each value", "the last two are ignored"),
             };
             let message = format!("`{word} {name}` takes {each} {wanted}, found {count}");
-            self.report(Diagnostic::warning(message).at(span).label(label));
+            let warning = Diagnostic::warning(message).at(span).label(label);
+            self.report(match (ty, numbers.as_slice()) {
+                (ParamType::Blackbody, [kelvin]) => warning.with_help(format!(
+                    "a temperature alone is pbrt-v4's form; write [{kelvin} 1], with a factor"
+                )),
+                _ => warning,
+            });
         }
         numbers.truncate(count - surplus);
         // An empty list may be what was meant.

@@ -669,6 +669,14 @@ fn suite_files_are_read_with_care() {
             assert!(!said.contains(untrue), "{text}\n---\n{said}");
         }
     }
+    // What is missing is no reason to keep the rest back.
+    let all = said(&format!(
+        "{scene}timeout = 0\n[renderer.x]\n[suite]\nalpha = 2\n"
+    ));
+    for message in ["missing field `command`", "seconds", "a probability"] {
+        assert!(all.contains(message), "{message}\n{all}");
+    }
+    assert!(!all.contains("no renderer"), "{all}");
     let unknown: String = (0..500).map(|i| format!("k{i} = 1\n")).collect();
     let many = said(&format!("{scene}{unknown}{renderer}"));
     assert_eq!(many.matches("unknown field").count(), 99, "{many}");
@@ -748,6 +756,74 @@ fn other_renderers_need_no_variances() {
     assert_eq!(code, 0, "{results:#}");
     folder.scene("ball.pbrt", "0.55");
     assert_eq!(statuses(&folder.results(&[]).1)[0], ("ball", "changed"));
+}
+
+/// 8 × 8 gray pixels, with variances or without, whose file says nothing of samples.
+#[cfg(unix)]
+fn unsaid(folder: &Folder, name: &str, variance: Option<f32>) {
+    let mut image = Image::black(UVec2::new(8, 8));
+    image.pixels.fill(Vec3::splat(0.5));
+    image.variance = variance.map(|variance| vec![Vec3::splat(variance); 64]);
+    // Read as unknown.
+    let unknown = FilmMetadata::default();
+    write(&folder.path(name), &image, &unknown).expect("a file");
+}
+
+/// What the command was told counts for an image that does not say it: in its row, on its page, and in a reference of one run.
+#[cfg(unix)]
+#[test]
+fn pages_say_what_rows_say() {
+    let told = "[suite]\nspp = 32\nbaseline_seeds = [5]\n[renderer.x]\n\
+                command = ['sh', '-c', 'cp image.exr $0', '{output}', '{seed}', '{spp}']\n\
+                [[scene]]\nfile = \"ball.pbrt\"\n";
+    let folder = Folder::new(told);
+    unsaid(&folder, "image.exr", Some(1e-4));
+    assert_eq!(folder.results(&["--update"]).0, 0);
+    let reference = read(&folder.path("suite-references/ball.exr")).expect("a reference");
+    assert_eq!(reference.spp, Some(32));
+    let (code, results) = folder.results(&["--pages", "--no-flip"]);
+    assert_eq!(code, 0, "{results:#}");
+    let page = folder.text("suite-results/pages/ball.html");
+    assert_eq!(page.matches("32 samples a pixel").count(), 2, "{page}");
+
+    // A command that is told nothing takes nobody knows how many, in however many runs.
+    let untold = told.replace(", '{spp}'", "").replace("[5]", "[5, 6]");
+    let folder = Folder::new(&untold);
+    unsaid(&folder, "image.exr", Some(1e-4));
+    let (code, results) = folder.results(&["--update"]);
+    assert_eq!(code, 0, "{results:#}");
+    let accepted = detail(&results, 0);
+    assert!(!accepted.contains("samples a pixel"), "{accepted}");
+    let reference = read(&folder.path("suite-references/ball.exr")).expect("a reference");
+    assert_eq!((reference.spp, reference.runs), (None, Some(2)));
+}
+
+/// A reference's file is of the format that its name says.
+#[cfg(unix)]
+#[test]
+fn references_are_of_the_format_of_their_name() {
+    let suite = "[suite]\nbaseline_seeds = [5]\n[renderer.x]\nextension = \"pfm\"\n\
+                 command = ['sh', '-c', 'cp image.pfm $0', '{output}', '{seed}']\n\
+                 [[scene]]\nfile = \"ball.pbrt\"\n";
+    let folder = Folder::new(suite);
+    unsaid(&folder, "image.pfm", None);
+    let (code, results) = folder.results(&["--update"]);
+    assert_eq!(code, 0, "{results:#}");
+    let bytes = std::fs::read(folder.path("suite-references/ball.exr")).expect("a reference");
+    assert!(bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+
+    // One elsewhere, without a hash: no option writes one, so it is said.
+    std::fs::rename(
+        folder.path("suite-references/ball.exr"),
+        folder.path("own.exr"),
+    )
+    .expect("a file");
+    std::fs::remove_dir_all(folder.path("suite-references")).expect("a folder");
+    folder.write("suite.toml", &format!("{suite}reference = \"own.exr\"\n"));
+    let (_, results) = folder.results(&[]);
+    let notes = results["results"][0]["notes"].to_string();
+    assert!(notes.contains("add `sha256 = "), "{notes}");
+    assert!(!notes.contains("--update=all"), "{notes}");
 }
 
 fn copy(from: &Path, to: PathBuf) {

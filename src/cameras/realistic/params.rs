@@ -10,6 +10,7 @@ use crate::optics::ghosts::Ghosts;
 use crate::optics::models::ModelKind;
 use crate::optics::prescription::positions::PositionError;
 use crate::optics::pupil::PupilSampling;
+use crate::optics::report::length_text;
 use crate::optics::{Lens, Prescription, PrescriptionError, StopShape, best_focus};
 use crate::params::ParamReader;
 use crate::syntax::ParamList;
@@ -458,7 +459,9 @@ fn film_distance(params: &ParamReader, form: Form, prescription: &Prescription) 
         if form == Form::Pbrt3 && params.find_float("focusdistance").is_some() {
             params.warn("focusdistance", "filmdistance is given too, and wins");
         }
-        return Some(positive(params, "filmdistance", DEFAULT_FILM_DISTANCE));
+        let distance = positive(params, "filmdistance", DEFAULT_FILM_DISTANCE);
+        warn_of_meters(params, distance, prescription);
+        return Some(distance);
     }
     if form == Form::Course {
         let from_file = prescription.film_distance;
@@ -480,6 +483,21 @@ fn film_distance(params: &ParamReader, form: Form, prescription: &Prescription) 
     };
     film.map_err(|e| params.error("focusdistance", format!("{e} (focusdistance is in meters)")))
         .ok()
+}
+
+/// Warns where the film would be about where a far object is sharp if its distance were in meters, as in ISET3d's `omni`.
+fn warn_of_meters(params: &ParamReader, distance: f64, prescription: &Prescription) {
+    let in_meters = 1e3 * distance;
+    let far = Lens::focused(prescription, f64::INFINITY);
+    if distance < 0.5 && far.is_ok_and(|far| (0.5..2.0).contains(&(in_meters / far))) {
+        params.warn(
+            "filmdistance",
+            format!(
+                "filmdistance is in mm, and {distance} mm is very near; ISET3d's cameras have meters: write {}?",
+                length_text(in_meters)
+            ),
+        );
+    }
 }
 
 /// The parameter `name`, or `default`; anything but a positive number is an error.

@@ -2,13 +2,15 @@
 
 use super::autofocus::{Autofocus, LensMaker, Stop, Zone};
 use super::{Compat, Form, PupilTarget, Realistic, RealisticSpec, Weighting};
-use crate::cameras::{BUNDLE, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
+use crate::cameras::{BUNDLE, CameraChoices, CameraRay, CameraSample, Clip, FilmGeometry, Shutter};
 use crate::math::ray::Ray;
 use crate::math::transform::Transform;
 use crate::math::{UVec2, Vec2};
 use crate::optics::models::ModelKind;
 use crate::optics::pupil::PupilSampling;
 use crate::optics::{Lens, Prescription};
+use crate::params::testing::{Surroundings, read_in};
+use crate::syntax::SearchFolder;
 
 /// The double Gauss of the course, its stop open.
 const DGAUSS: &str = "29.475 3.76 1.67 25.2\n84.83 0.12 1 25.2\n19.275 4.025 1.67 23\n\
@@ -468,4 +470,30 @@ fn what_is_focused_on_becomes_sharp() {
         let found = spot(&camera(&spec));
         assert!(found < 0.08, "{form:?} {tilt:?}: {found} mm");
     }
+}
+
+/// ISET3d's cameras have the film's distance in meters.
+#[test]
+fn a_film_distance_in_meters_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("d.dat"), DGAUSS).unwrap();
+    let here = Surroundings {
+        search: SearchFolder::new(folder.path()),
+        word: "Camera",
+        ..Surroundings::default()
+    };
+    let warned = |distance: &str| {
+        let params = format!("\"string lensfile\" \"d.dat\" \"float filmdistance\" {distance}");
+        let choices = CameraChoices::default();
+        let outcome = read_in(&here, "realistic", &params, |p| {
+            RealisticSpec::from_params(p, &choices).is_some()
+        });
+        assert!(outcome.value, "{}", outcome.text);
+        outcome
+            .text
+            .contains("ISET3d's cameras have meters: write 36.77?")
+    };
+    assert!(warned("0.03677"));
+    // Inside the lens, but not what a thousandth explains.
+    assert!(!warned("0.003") && !warned("36.77"));
 }

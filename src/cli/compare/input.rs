@@ -44,14 +44,46 @@ impl Input {
         })
     }
 
+    /// Its data window, where that is not the display window.
+    fn window(&self) -> String {
+        let (bounds, display) = (self.loaded.image.bounds, self.loaded.display);
+        let resolution = self.loaded.image.resolution;
+        let whole = PixelBounds::new(display, display + resolution);
+        if bounds == whole {
+            return String::new();
+        }
+        if bounds.intersection(whole) == bounds {
+            return format!(" of a crop window ({})", crate::compare::extent(bounds));
+        }
+        let from = |at: u32, origin: u32| i64::from(at) - i64::from(origin);
+        let side = |min: UVec2, max: UVec2, of: fn(UVec2) -> u32| {
+            let origin = of(display);
+            format!("{}..{}", from(of(min), origin), from(of(max), origin))
+        };
+        let [x, y] =
+            [|at: UVec2| at.x, |at: UVec2| at.y].map(|of| side(bounds.min, bounds.max, of));
+        let counted = match display {
+            UVec2::ZERO => "",
+            _ => "; pixels are counted from the data window's edge",
+        };
+        format!(
+            " of a data window (x {x} y {y}) beyond the display window of {} × {} (overscan{counted})",
+            resolution.x, resolution.y
+        )
+    }
+
+    /// Without what the file of a mean does not keep: images of a suite and references, which may be means or not, are not told apart
+    /// by it.
+    pub(in crate::cli) fn plain(mut self) -> Input {
+        (self.loaded.display, self.loaded.primaries) = (UVec2::ZERO, None);
+        self
+    }
+
     /// A short description of the file.
     pub(in crate::cli) fn describe(&self) -> String {
         let size = self.loaded.image.bounds.size();
         let mut words = format!("{} × {} pixels", size.x, size.y);
-        if size != self.loaded.image.resolution {
-            let bounds = self.loaded.image.bounds;
-            words += &format!(" of a crop window ({})", crate::compare::extent(bounds));
-        }
+        words += &self.window();
         if let Some(spp) = self.loaded.spp {
             words += &format!(", {spp} samples a pixel");
         }
@@ -123,7 +155,7 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
         Err(error @ (ReadError::Window(_) | ReadError::Partial { .. })) => {
             return Err(error.to_string().into());
         }
-        // Grayscale, with other channel names, or another format.
+        // Another format, or no image: that says why.
         Err(_) => {}
     }
     let image = ImageData::load(path, &budget)?;
@@ -133,23 +165,14 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
     let decode = |p: &Rgb| if srgb { p.map(linear_from_srgb) } else { *p };
     Ok(Input {
         path: path.to_owned(),
-        loaded: LoadedImage {
-            image: Image {
-                resolution,
-                bounds: PixelBounds::new(UVec2::ZERO, resolution),
-                pixels: image.texels().iter().map(decode).collect(),
-                variance: None,
-                independent: None,
-                layers: Default::default(),
-            },
-            spp: None,
-            runs: None,
-            freedom: None,
-            pool: None,
-            light_paths: None,
-            denoised: None,
-            from_xyz: false,
-        },
+        loaded: LoadedImage::of(Image {
+            resolution,
+            bounds: PixelBounds::new(UVec2::ZERO, resolution),
+            pixels: image.texels().iter().map(decode).collect(),
+            variance: None,
+            independent: None,
+            layers: Default::default(),
+        }),
         srgb,
         is_coarse: path
             .extension()
@@ -158,8 +181,48 @@ pub(in crate::cli) fn read(path: &Path) -> Result<Input, Failure> {
     })
 }
 
+/// What is to be said of both files, whatever their pixels are.
+pub(in crate::cli) fn notes(inputs: &[Input; 2]) -> Vec<String> {
+    let notes = [clipping(inputs), display_windows(inputs), primaries(inputs)];
+    notes.into_iter().flatten().collect()
+}
+
+/// Of the same pixels of images that are not the same.
+fn display_windows(inputs: &[Input; 2]) -> Option<String> {
+    let [a, b] = inputs.each_ref().map(|input| {
+        let (image, display) = (&input.loaded.image, input.loaded.display);
+        let end = display + image.resolution;
+        (image.bounds, PixelBounds::new(display, end))
+    });
+    (a.0 == b.0 && a.1 != b.1).then(|| {
+        let [a, b] = [a.1, b.1].map(crate::compare::extent);
+        format!("The display windows differ (A {a}, B {b}): what is compared are the pixels of the data windows, which agree.")
+    })
+}
+
+/// Of colors that are not those of Rec. 709.
+fn primaries(inputs: &[Input; 2]) -> Option<String> {
+    let [a, b] = inputs.each_ref().map(|input| input.loaded.primaries);
+    let who = match (a, b) {
+        (None, None) => return None,
+        (Some(_), None) => "A has",
+        (None, Some(_)) => "B has",
+        (Some(a), Some(b)) if a == b => "Both images have",
+        (Some(_), Some(_)) => "Each image has its own",
+    };
+    let end = match a == b {
+        true => "and FLIP and pages take them for Rec. 709's",
+        false => {
+            "and one color may differ in them: convert one image to the primaries of the other first"
+        }
+    };
+    Some(format!(
+        "{who} primaries other than Rec. 709's (attribute chromaticities): the numbers are compared as they are, {end}."
+    ))
+}
+
 /// What is to be said where an image of a screen's range meets one that is brighter than that somewhere.
-pub(in crate::cli) fn clipping(inputs: &[Input; 2]) -> Option<String> {
+fn clipping(inputs: &[Input; 2]) -> Option<String> {
     let [a, b] = inputs;
     let (short, narrow, whole, wide) = match (a.srgb, b.srgb) {
         (true, false) => ("A", a, "B", b),

@@ -68,8 +68,8 @@ pub(super) struct CompareArgs {
     /// Source of the noise estimate
     #[arg(help_heading = "How they are compared", long, value_enum, default_value_t = NoiseArg::Auto)]
     noise: NoiseArg,
-    /// Noise estimated from the difference: side of the squares of pixels that are independent of each other, the
-    /// filter's width where samples are splatted
+    /// Noise estimated from the difference: side of the squares of pixels that are independent of each other, about twice
+    /// the filter's width where samples are splatted
     #[arg(help_heading = "How they are compared", long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     cell: u32,
     /// Plain Welch's test, without the common variance that guards against rare bright samples
@@ -198,11 +198,9 @@ impl Report {
 
     /// What is to be kept in mind, of the files as well.
     fn cautions(&self) -> Vec<String> {
-        let clipped = input::clipping(&self.inputs);
-        clipped
-            .into_iter()
-            .chain(self.comparison.cautions())
-            .collect()
+        let mut cautions = input::notes(&self.inputs);
+        cautions.extend(self.comparison.cautions());
+        cautions
     }
 
     /// As one of many results, without its noise and pixels.
@@ -223,7 +221,7 @@ impl Report {
                 .unwrap_or(8),
         );
         let mut row = Row::new(name, Outcome::Compared(Box::new(self.comparison.clone())));
-        row.notes.extend(input::clipping(&self.inputs));
+        row.notes.extend(input::notes(&self.inputs));
         row.thumbnails = Thumbnails::of(a.image, b.image, t.ok().as_ref());
         row
     }

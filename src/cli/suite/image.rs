@@ -112,6 +112,11 @@ impl From<Failure> for NoPicture {
     }
 }
 
+/// The samples of a pixel that the command is told to take; `None` if it is told nothing.
+fn samples(scene: &Scene) -> Option<u32> {
+    scene.command.uses(Placeholder::Spp).then_some(scene.spp)
+}
+
 impl Studio<'_> {
     /// Renders a scene with each of the seeds, into a folder of the results. The mean is an EXR; a single run is kept as it is, with
     /// the extension of the renderer's images.
@@ -136,7 +141,7 @@ impl Studio<'_> {
                 let mean = merged(runs.into_iter().map(|run| run.loaded).collect());
                 let mean = mean.map_err(|e| NoPicture::Failed(e.to_string()))?;
                 let seed = seeds.first().copied().unwrap_or_default();
-                let noted = metadata(&mean, &scene.file, seed, scene.spp);
+                let noted = metadata(&mean, &scene.file, seed);
                 let written = film::write(file, &mean.image, &noted);
                 written.map_err(|e| NoPicture::Failed(e.to_string()))?;
                 for run in files {
@@ -206,8 +211,10 @@ impl Studio<'_> {
                 said()
             )));
         }
-        let mut input = input::read(&image)
-            .map_err(|e| NoPicture::Failed(format!("the command wrote no image: {}", e.text())))?;
+        let read = input::read(&image);
+        let mut input = read
+            .map_err(|e| NoPicture::Failed(format!("the command wrote no image: {}", e.text())))?
+            .plain();
         if input.srgb {
             return Err(NoPicture::Failed(
                 "the command wrote an image for a screen (8 or 16 bits, sRGB), which has no noise to compare: have it write \
@@ -215,8 +222,16 @@ impl Studio<'_> {
                     .to_owned(),
             ));
         }
-        let has_said = scene.command.uses(Placeholder::Spp);
-        input.loaded.spp = input.loaded.spp.or(has_said.then_some(scene.spp));
+        input.loaded.spp = input.loaded.spp.or(samples(scene));
         Ok((input, time))
+    }
+
+    /// The image that is tested, read anew.
+    pub(super) fn again(&self, scene: &Scene) -> Result<Input, Failure> {
+        let mut input = input::read(&self.image_of(scene))?.plain();
+        if scene.seeds.len() == 1 {
+            input.loaded.spp = input.loaded.spp.or(samples(scene));
+        }
+        Ok(input)
     }
 }

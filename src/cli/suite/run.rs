@@ -249,10 +249,18 @@ pub(super) fn reference(
             }
             None
         }
-        None => Some("no SHA-256 of the reference is known: `--update=all` writes one".to_owned()),
+        None if update::listed(suite, scene).is_some() => {
+            Some("no SHA-256 of the reference is known: `--update=all` writes one".to_owned())
+        }
+        None => {
+            let found = hash(path).map_err(|e| format!("{place}: cannot read: {e}"))?;
+            Some(format!(
+                "no SHA-256 of the reference is known: add `sha256 = \"{found}\"` to the scene if this is the one that is meant"
+            ))
+        }
     };
     let read = input::read(path).map_err(|failure| failure.text())?;
-    Ok(Some((read, note)))
+    Ok(Some((read.plain(), note)))
 }
 
 /// References that were accepted once and are no scene's any more: a test has vanished.
@@ -292,8 +300,8 @@ fn write_pages(
         let (Some(scene), Some(_), false) = (scene, row.comparison(), is_calm) else {
             continue;
         };
-        let image = studio.image_of(scene);
-        let pair = input::read_pair(&image, &scene.reference)?;
+        let reference = input::read(&scene.reference)?.plain();
+        let pair = input::pair(studio.again(scene)?, reference);
         let mut report = Report::new(pair, &options)?;
         if !args.no_flip {
             report = report.with_flip();

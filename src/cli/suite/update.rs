@@ -2,13 +2,16 @@
 
 use super::image::{Kind, NoPicture, Studio};
 use super::run::Update;
+use crate::cli::compare::input::Input;
 use crate::cli::compare::{Report, input};
 use crate::cli::messages::Failure;
 use crate::cli::results::{self, Outcome, Results, Row, Status};
 use crate::compare::Options;
 use crate::console;
+use crate::film;
 use crate::output;
-use crate::suite::{Scene, Suite, Sums, hash};
+use crate::suite::{Scene, Suite, Sums, hash, metadata};
+use std::path::Path;
 
 /// The name of a scene's reference among the hashes of the folder of references; `None` if it is elsewhere.
 pub(super) fn listed(suite: &Suite, scene: &Scene) -> Option<String> {
@@ -91,9 +94,8 @@ fn accept(
             "{broken} pixels of the new reference are infinite or not a number: they are not compared"
         ));
     }
-    let bytes = std::fs::read(&picture.input.path).map_err(|e| failed(&e))?;
     results::make(scene.reference.parent().unwrap_or(&scene.reference))?;
-    output::write(&scene.reference, &bytes).map_err(|e| failed(&e))?;
+    keep(scene, &picture.input)?;
     let sum = hash(&scene.reference).map_err(|e| failed(&e))?;
     if let Some(name) = listed(studio.suite, scene) {
         sums.accept(&name, sum.clone()).map_err(|e| failed(&e))?;
@@ -102,12 +104,11 @@ fn accept(
         1 => "one run".to_owned(),
         n => format!("{n} runs"),
     };
-    row.accepted = Some(format!(
-        "Accepted: the mean of {runs} of {} samples a pixel.",
-        scene.spp
-    ));
+    let samples = picture.input.loaded.spp;
+    let samples = samples.map_or_else(String::new, |spp| format!(" of {spp} samples a pixel"));
+    row.accepted = Some(format!("Accepted: the mean of {runs}{samples}."));
     // Other seeds of the same program: whatever differs here is not the program's change.
-    let image = input::read(&studio.image_of(scene))?;
+    let image = studio.again(scene)?;
     if let Ok(report) = Report::new(input::pair(image, picture.input), options)
         && !report.comparison.agrees()
     {
@@ -117,6 +118,33 @@ fn accept(
         ));
     }
     Ok(sum)
+}
+
+/// Writes a reference: the renderer's own bytes, unless its name asks for another format, or they do not say how many samples there
+/// are, which is known now and not later.
+fn keep(scene: &Scene, input: &Input) -> Result<(), NoPicture> {
+    let failed = |e: &dyn std::fmt::Display| NoPicture::Failed(e.to_string());
+    let ending = |path: &Path| {
+        let ending = path.extension().unwrap_or_default();
+        ending.to_string_lossy().to_lowercase()
+    };
+    let is_exr = ending(&scene.reference) == "exr";
+    let is_same = ending(&scene.reference) == ending(&input.path);
+    let is_said = || film::read(&input.path).is_ok_and(|own| own.spp == input.loaded.spp);
+    if is_same && (!is_exr || is_said()) {
+        let bytes = std::fs::read(&input.path).map_err(|e| failed(&e))?;
+        return output::write(&scene.reference, &bytes).map_err(|e| failed(&e));
+    }
+    if !["exr", "pfm"].contains(&ending(&scene.reference).as_str()) {
+        let (reference, image) = (scene.reference.display(), input.path.display());
+        return Err(NoPicture::Failed(format!(
+            "{reference}: {image} cannot be written in the format of this name: end the scene's `reference` in .exr"
+        )));
+    }
+    let seed = scene.baseline_seeds.first().copied().unwrap_or_default();
+    let noted = metadata(&input.loaded, &scene.file, seed);
+    let written = film::write(&scene.reference, &input.loaded.image, &noted);
+    written.map_err(|e| failed(&e))
 }
 
 /// Writes the hashes that the suite file itself holds.
