@@ -242,7 +242,12 @@ fn prepare_light_paths(job: &mut RenderJob) {
     job.light_share = LightShare(1.0);
     let assisted = job.may_be_assisted();
     let traces_light = assisted || job.traces_light();
-    if !traces_light && job.motion_times.is_none() {
+    if job.motion_times.is_some() {
+        let (size, radius) = (job.film.resolution.as_vec2(), 0.5);
+        job.camera
+            .prepare_motion([-radius * size, (1.0 + radius) * size]);
+    }
+    if !traces_light {
         return;
     }
     job.camera.prepare_connections(window);
@@ -294,6 +299,7 @@ fn metadata(options: &Options, camera: &Camera, film: &FilmGeometry) -> FilmMeta
         // Beyond the range of numbers for an angle of view of nothing.
         world_to_ndc: { ndc_from_camera.map(|ndc| ndc * world_to_camera) }
             .filter(|ndc| ndc.is_finite()),
+        pixel_aspect: options.camera.pixel_aspect(film),
         spp: options.sampler.spp,
         white_luminance: options.film.white_luminance,
         lens: options.camera.lens_name(),

@@ -114,6 +114,14 @@ impl Camera {
         }
     }
 
+    /// Gets ready for [`Camera::shift`] of points that are seen between these two corners, in raster coordinates: not those of
+    /// connections, whose window may be a part of the image. Only `realistic` needs it. Some tenths of a second.
+    pub fn prepare_motion(&mut self, window: [Vec2; 2]) {
+        if let Camera::Realistic(c) = self {
+            c.prepare_motion(window);
+        }
+    }
+
     /// Draws a direction from a point of the scene, at its time, toward the camera; `None` where the camera sees nothing of it.
     pub fn aim(&self, from: &ReferencePoint, sample: &LensSample) -> Option<Aim> {
         if let Camera::Realistic(c) = self {
@@ -202,10 +210,10 @@ impl Camera {
     /// Where on the film a render-space point is seen at `time`, through the middle of the lens.
     fn raster_of(&self, p: Vec3, time: f32) -> Option<Vec2> {
         const MIDDLE: Vec2 = Vec2::splat(0.5);
-        if !matches!(self, Camera::Realistic(_)) {
+        let Camera::Realistic(lens) = self else {
             let (_, _, hit) = self.seen(p, time, MIDDLE)?;
             return Some(hit.raster.as_vec2());
-        }
+        };
         let from = ReferencePoint {
             p,
             time,
@@ -215,7 +223,7 @@ impl Camera {
             lens: MIDDLE,
             wavelength: 0.5,
         };
-        Some(self.land(&self.aim(&from, &middle)?)?.raster)
+        lens.seen_at(&from, &middle)
     }
 
     /// Other film points, up to `reach` pixels (fewer than there are in half the image) outside the image, that have the ray of `raster`: those of an

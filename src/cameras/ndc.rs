@@ -18,6 +18,18 @@ impl CameraSpec {
         }
     }
 
+    /// Width of a pixel over its height as the camera sees them, to four digits; `None` for all but projections without a traced lens, whose
+    /// screen window may have other proportions than the image.
+    pub fn pixel_aspect(&self, film: &FilmGeometry) -> Option<f32> {
+        let CameraSpec::Projective(spec) = self else {
+            return None;
+        };
+        let [xmin, xmax, ymin, ymax] = spec.window(film);
+        let size = film.resolution.as_dvec2();
+        let aspect = (xmax - xmin).abs() * size.y / ((ymax - ymin).abs() * size.x);
+        Some(((aspect * 1e4).round() * 1e-4) as f32).filter(|aspect| *aspect != 1.0)
+    }
+
     /// Name of the lens file without folders; `None` without a traced lens.
     pub fn lens_name(&self) -> Option<String> {
         match self {

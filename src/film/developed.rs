@@ -81,7 +81,7 @@ impl Developed {
         }
         if let [Some(a), Some(b)] = halves.each_ref().map(Tile::layers) {
             let mut both = a.clone();
-            both.join(b);
+            both.join_halves(b);
             self.set_layers(halves[0].bounds(), &both);
         }
         halves.iter().for_each(|half| self.count_dropped(half));

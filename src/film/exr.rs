@@ -58,7 +58,7 @@ pub(super) fn encode(
     let header = header
         .with_encoding(Compression::ZIP16, blocks, LineOrder::Increasing)
         .with_attributes(layer_attributes(image, metadata))
-        .with_shared_attributes(image_attributes(image));
+        .with_shared_attributes(image_attributes(image, metadata));
     let headers: Headers = [header].into_iter().collect();
     let beginning = beginning(headers.clone())?;
     write_chunks_with(&mut *file, headers, true, |meta, file| {
@@ -255,7 +255,7 @@ fn fill_block(image: &Image, channels: &[Channel], index: BlockIndex, bytes: &mu
     }
 }
 
-fn image_attributes(image: &Image) -> ImageAttributes {
+fn image_attributes(image: &Image, metadata: &FilmMetadata) -> ImageAttributes {
     let size = Vec2(image.resolution.x as usize, image.resolution.y as usize);
     let mut attributes = ImageAttributes::new(IntegerBounds::new((0, 0), size));
     // Rec. 709 primaries and D65, as sRGB.
@@ -265,6 +265,10 @@ fn image_attributes(image: &Image) -> ImageAttributes {
         blue: Vec2(0.15, 0.06),
         white: Vec2(0.3127, 0.329),
     });
+    // Files with others are not valid.
+    if let Some(aspect) = { metadata.pixel_aspect }.filter(|ratio| (1e-6..=1e6).contains(ratio)) {
+        attributes.pixel_aspect = aspect;
+    }
     attributes
 }
 

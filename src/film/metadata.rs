@@ -14,6 +14,9 @@ pub struct FilmMetadata {
     /// World space to OpenEXR's `worldToNDC`: after the division by w, (0, 0) is the upper left and (1, 1) the lower
     /// right corner of the display window. `None` if the camera is not a projection.
     pub world_to_ndc: Option<DMat4>,
+    /// Width of a pixel over its height as the camera sees them; `None` where they are square, or that is not known.
+    #[serde(default)]
+    pub pixel_aspect: Option<f32>,
     /// Samples per pixel; the rounded average if tiles have different numbers.
     pub spp: u32,
     /// Estimated relative error of an image that was rendered until it was good enough or the time was

@@ -243,12 +243,12 @@ impl Film {
     }
 
     /// The film whose every pixel is the mean of its two halves' ([`PixelStatistics::mean_of`]); both films must have
-    /// the same [`FilmSpec`], and no light added yet. Their layers are those of all samples.
+    /// the same [`FilmSpec`], and no light added yet.
     pub fn mean_of(a: &Film, b: &Film) -> Film {
         let pairs = a.pixels.iter().zip(&b.pixels);
         let mut layers = a.layers.clone();
         if let (Some(both), Some(more)) = (&mut layers, &b.layers) {
-            both.join(more);
+            both.join_halves(more);
         }
         Film {
             layers,

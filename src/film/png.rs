@@ -2,7 +2,8 @@
 
 use super::Image;
 use crate::math::color::srgb_from_linear;
-use image::{ExtendedColorType, ImageError, ImageFormat};
+use image::codecs::tga::TgaEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageError, ImageFormat};
 use std::io::{Seek, Write};
 
 /// Writes a file: only the crop window's pixels, whose values are multiplied by `gain`.
@@ -21,14 +22,14 @@ pub(super) fn encode(
         .iter()
         .flat_map(|p| p.to_array().map(|value| quantize(value * gain)))
         .collect();
-    image::write_buffer_with_format(
-        file,
-        &bytes,
-        size.x,
-        size.y,
-        ExtendedColorType::Rgb8,
-        format,
-    )
+    let kind = ExtendedColorType::Rgb8;
+    match format {
+        // The encoder's packets run over the ends of lines, which readers refuse (TGA 2.0, "Run-length encoded images").
+        ImageFormat::Tga => TgaEncoder::new(file)
+            .disable_rle()
+            .write_image(&bytes, size.x, size.y, kind),
+        _ => image::write_buffer_with_format(file, &bytes, size.x, size.y, kind, format),
+    }
 }
 
 /// 255 × the sRGB curve + ½, clamped and truncated, as pbrt-v3 rounds. NaN becomes 0.
@@ -40,6 +41,17 @@ pub(super) fn quantize(linear: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// As readers want them that take each line by itself.
+    #[test]
+    fn no_packet_of_a_tga_runs_over_the_end_of_a_line() {
+        let image = Image::black(crate::math::UVec2::new(5, 3));
+        let mut file = std::io::Cursor::new(Vec::new());
+        encode(&image, 1.0, ImageFormat::Tga, &mut file).unwrap();
+        let bytes = file.into_inner();
+        // The image's type is 2, colors without packets.
+        assert_eq!((bytes[2], bytes.len()), (2, 18 + 5 * 3 * 3));
+    }
 
     #[test]
     fn known_values() {

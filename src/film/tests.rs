@@ -34,6 +34,7 @@ fn expose(side: u32, order: impl Fn(&mut Vec<PixelBounds>)) -> Film {
 fn metadata() -> FilmMetadata {
     FilmMetadata {
         white_luminance: None,
+        pixel_aspect: Some(0.75),
         freedom: Some(14.0),
         pool: Some(4),
         world_to_camera: Some(DMat4::from_translation(DVec3::new(1.0, 2.0, 3.0))),

@@ -72,7 +72,12 @@ fn layers_add_up_to_the_picture() {
         ("ambientocclusion", ""),
     ] {
         let text = scene(integrator, more);
-        for goal in [&["--spp", "5"][..], &["--spp", "8", "--variance"]] {
+        // Of 15 samples one half has one more.
+        for goal in [
+            &["--spp", "5"][..],
+            &["--spp", "8", "--variance"],
+            &["--spp", "15", "--variance"],
+        ] {
             let found = layers_of(&text, &[&AOV, goal].concat());
             add_up(&found, &format!("{integrator} {more} {goal:?}"));
             let lit = |name: &str| mean(&found, &format!("light_{name}.G")) > 1e-3;
@@ -82,6 +87,37 @@ fn layers_add_up_to_the_picture() {
                 [expected, expected, true]
             );
         }
+    }
+}
+
+/// A filter with negative lobes may make light negative, but not where colors are.
+#[test]
+fn layers_add_up_through_negative_lobes() {
+    let dark = scene("path", "").replace("[0.1 0.2 0.4]", "[1 1 1]");
+    let text = dark.replace("Film", "PixelFilter \"sinc\" Film");
+    add_up(
+        &layers_of(&text, &[&AOV[..], &["--spp", "64"]].concat()),
+        "sinc",
+    );
+}
+
+#[test]
+fn a_name_may_be_in_any_script() {
+    let folder = Folder::new();
+    let path = folder.path("scene.pbrt");
+    for name in ["ключ", "主光", "schlüssel"] {
+        let text = scene("path", "").replace("\"sky\"", &format!("\"{name}\""));
+        std::fs::write(&path, text).expect("the scene");
+        let scene = path.display().to_string();
+        folder.render(&scene, "a.exr", &[&AOV[..], &["--spp", "1"]].concat());
+        let bytes = std::fs::read(folder.path("a.exr")).expect("a file");
+        let channel = format!("light_{name}.R\0");
+        assert!(
+            bytes
+                .windows(channel.len())
+                .any(|at| at == channel.as_bytes()),
+            "{name}"
+        );
     }
 }
 

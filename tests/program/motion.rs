@@ -122,6 +122,33 @@ fn it_is_that_of_a_lens_too() {
     }
 }
 
+/// Points leave the image, and what is rendered of it.
+#[test]
+fn a_crop_has_the_motion_of_the_whole() {
+    let lens = concat!(env!("CARGO_MANIFEST_DIR"), "/lenses/dgauss.50mm.dat");
+    let camera = format!(r#""realistic" "string lensfile" "{lens}" "float focusdistance" 8"#);
+    // Two pixels to the right.
+    let scene = wall(&camera, "", "Translate 0.7 0 0");
+    let whole = layers_of(&scene, &AOV);
+    let part = layers_of(
+        &scene,
+        &[&AOV[..], &["--crop", "0.25,0.75,0.25,0.75"]].concat(),
+    );
+    assert_eq!((whole.width, part.width), (16, 8));
+    for channel in ["motion.X", "motion.Y"] {
+        let (whole, part) = (whole.get(channel), part.get(channel));
+        for (i, value) in part.iter().enumerate() {
+            assert_eq!(*value, whole[(4 + i / 8) * 16 + 4 + i % 8], "{channel} {i}");
+        }
+    }
+    // Also where they leave it: as far as beside.
+    let across = whole.get("motion.X");
+    assert!(
+        across.iter().all(|x| (x / across[0] - 1.0).abs() < 0.1),
+        "{across:?}"
+    );
+}
+
 #[test]
 fn a_camera_that_does_not_know_says_so() {
     let folder = Folder::new();

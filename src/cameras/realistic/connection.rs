@@ -80,6 +80,15 @@ impl Realistic {
 
     /// Finds out where to aim from the scene for light to land between these corners, in raster coordinates.
     pub(in super::super) fn prepare_connections(&mut self, window: [Vec2; 2]) {
+        self.connections = self.connections_to(window);
+    }
+
+    /// See [`crate::cameras::Camera::prepare_motion`].
+    pub(in super::super) fn prepare_motion(&mut self, window: [Vec2; 2]) {
+        self.motion = self.connections_to(window);
+    }
+
+    fn connections_to(&self, window: [Vec2; 2]) -> Option<Box<Connections>> {
         let window = self.window(window);
         let lens = &self.spec.lens;
         let on_flat = self.tilted.as_ref().map_or(window, |tilted| {
@@ -96,7 +105,7 @@ impl Realistic {
         }
         let fine = is_too_fine(&self.spec.lens);
         let made = EntrancePupil::new(&seen, on_flat).filter(|_| self.connects());
-        self.connections = made.map(|entrance| {
+        made.map(|entrance| {
             Box::new(Connections {
                 entrance,
                 window,
@@ -106,7 +115,7 @@ impl Realistic {
                     || self.main.ghosts.is_some(),
                 lens_from_camera: camera_from_lens(&self.spec).inverse(),
             })
-        });
+        })
     }
 
     /// The film between two corners in raster coordinates.
@@ -131,7 +140,26 @@ impl Realistic {
         from: &ReferencePoint,
         sample: &LensSample,
     ) -> Option<(Vec3, Ray, Traced)> {
-        let connections = self.connections.as_deref()?;
+        self.aim_by(self.connections.as_deref()?, from, sample)
+    }
+
+    /// Where on the film, in raster coordinates, a point is seen; `None` where it is not, or [`Realistic::prepare_motion`] was not called.
+    pub(in super::super) fn seen_at(
+        &self,
+        from: &ReferencePoint,
+        sample: &LensSample,
+    ) -> Option<Vec2> {
+        let connections = self.motion.as_deref()?;
+        let (_, _, traced) = self.aim_by(connections, from, sample)?;
+        Some(self.land_by(connections, &traced)?.raster)
+    }
+
+    fn aim_by(
+        &self,
+        connections: &Connections,
+        from: &ReferencePoint,
+        sample: &LensSample,
+    ) -> Option<(Vec3, Ray, Traced)> {
         let placement = self.transform.placement(from.time);
         let x = placement.point(from.p);
         let in_lens = connections.lens_from_camera.transform_point3(x);
@@ -160,7 +188,10 @@ impl Realistic {
 
     /// See [`crate::cameras::Camera::land`].
     pub(in super::super) fn land(&self, traced: &Traced) -> Option<Landing> {
-        let connections = self.connections.as_deref()?;
+        self.land_by(self.connections.as_deref()?, traced)
+    }
+
+    fn land_by(&self, connections: &Connections, traced: &Traced) -> Option<Landing> {
         let tracers = connections.tracers.get(traced.band)?;
         let landed = tracers.double.trace_alone(&traced.ray)?;
         self.landing(connections, traced, &landed)

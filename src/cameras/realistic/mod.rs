@@ -105,6 +105,8 @@ pub struct Realistic {
     blur: Blur,
     /// Once they are asked for.
     connections: Option<Box<Connections>>,
+    /// For where points are seen, also beyond what is rendered.
+    motion: Option<Box<Connections>>,
     ghost_sampling: Option<Box<GhostSampling>>,
 }
 
@@ -243,6 +245,7 @@ impl Realistic {
             per_pixel: [-pitch, height / f64::from(film.resolution.y)],
             tilted,
             connections: None,
+            motion: None,
             ghost_sampling: None,
             spec: spec.clone(),
         };

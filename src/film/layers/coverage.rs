@@ -78,6 +78,26 @@ impl Coverage {
         }
     }
 
+    /// Adds those of the same pixels, where what each counts is multiplied by the pixel's `weights` of these and of those.
+    pub(super) fn join(&mut self, more: &Coverage, weights: impl Fn(usize) -> [i32; 2]) {
+        let weighed = |which: usize| {
+            let weights = &weights;
+            move |entry: &Entry| Entry {
+                count: entry
+                    .count
+                    .saturating_mul(weights(entry.pixel as usize)[which]),
+                ..*entry
+            }
+        };
+        let own = weighed(0);
+        self.entries
+            .iter_mut()
+            .for_each(|entry| *entry = own(entry));
+        self.unit = self.unit.max(more.unit);
+        self.entries.extend(more.entries.iter().map(weighed(1)));
+        self.tidy();
+    }
+
     /// Each pair of things of a pixel once, in order.
     fn tidy(&mut self) {
         let key = |entry: &Entry| (entry.pixel, entry.things);

@@ -171,7 +171,7 @@ impl ImageLayers {
         own.chain(lights)
     }
 
-    /// As colors are: nothing is negative.
+    /// Negative where a filter's lobes make it so, so that they add up to the colors where these are not.
     fn develop_lights(&mut self, index: usize, sums: &[f64], scale: f64) {
         let first = sums.len().saturating_sub(3 * self.lights.len());
         let all = sums.get(SAMPLES).copied().unwrap_or_default();
@@ -179,7 +179,7 @@ impl ImageLayers {
         for (values, sums) in self.lights.iter_mut().zip(sums) {
             if let Some(slot) = values.get_mut(index) {
                 let mean = DVec3::from_slice(sums) * (scale / all.max(1.0));
-                *slot = mean.max(DVec3::ZERO).as_vec3();
+                *slot = mean.as_vec3();
             }
         }
     }

@@ -130,6 +130,28 @@ impl LayerPixels {
         Lights::add_to(self.lights_of(index), lights.map(|light| light * all));
     }
 
+    /// Adds those of the same pixels by other samples, so that means over both are the plain means of their means, as those of colors are
+    /// ([`PixelStatistics::mean_of`](crate::film::PixelStatistics::mean_of)): where one half has more samples each of them counts less.
+    pub(in super::super) fn join_halves(&mut self, right: &LayerPixels) {
+        let count = self.count();
+        self.make_room(right.sums.len() / count);
+        let both = [&self.sums, &right.sums];
+        let samples = |sums: &Vec<f64>, pixel: usize| {
+            let place = pixel * count + SAMPLES;
+            sums.get(place).copied().unwrap_or_default()
+        };
+        let weights = |pixel: usize| balance(both.map(|sums| samples(sums, pixel)));
+        self.coverage.join(&right.coverage, weights);
+        let pixels = self.sums.chunks_exact_mut(count);
+        for (own, other) in pixels.zip(right.sums.chunks_exact(count)) {
+            let samples = [&*own, other].map(|sums| sums.get(SAMPLES).copied().unwrap_or_default());
+            let [a, b] = balance(samples).map(f64::from);
+            for (sum, more) in own.iter_mut().zip(other) {
+                *sum = a * *sum + b * more;
+            }
+        }
+    }
+
     /// Adds those of the same pixels.
     pub(in super::super) fn join(&mut self, right: &LayerPixels) {
         // One that is not closed has not all pixels.
@@ -138,6 +160,27 @@ impl LayerPixels {
         }
         add(&mut self.sums, &right.sums);
         self.coverage.merge(&right.coverage, Some);
+    }
+}
+
+/// How often samples count of halves that have so many, so that both count the same: whole numbers, so that equal halves are as they are, and
+/// small enough for counts of samples not to overflow.
+fn balance(samples: [f64; 2]) -> [i32; 2] {
+    let [a, b] = samples.map(|samples| samples as u64);
+    if a == b || a == 0 || b == 0 {
+        return [1, 1];
+    }
+    let divisor = gcd(a, b);
+    let weights = [b / divisor, a / divisor];
+    let most = (i32::MAX as u64 / (2 * a.max(b))).max(1);
+    let over = weights[0].max(weights[1]).div_ceil(most);
+    weights.map(|weight| (weight / over).max(1) as i32)
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    match b {
+        0 => a,
+        _ => gcd(b, a % b),
     }
 }
 
@@ -400,6 +443,52 @@ mod tests {
                 let joined = sums(&blocks.take(None).unwrap());
                 assert_eq!(joined, whole, "{count} in {size}");
             }
+        }
+    }
+
+    /// Halves of other numbers of samples count the same.
+    #[test]
+    fn means_of_halves_are_the_means_of_their_means() {
+        let own = |samples: std::ops::Range<u32>| {
+            let tile = tile_of(samples);
+            tile.layers.as_ref().unwrap().pixels.clone()
+        };
+        let developed = |pixels: &LayerPixels| {
+            let mut layers = ImageLayers::new(pixels.set, 1);
+            let row = SharedRow {
+                own: 0,
+                other: 0,
+                pixels: 1,
+            };
+            layers.develop(pixels, &[row], 1.0);
+            let alpha = layers.mean(Layer::Alpha).unwrap();
+            let alpha = alpha.channels().next().unwrap()[0];
+            let covered: f32 = layers.mattes[0].ranks(0).iter().map(|rank| rank.1).sum();
+            (layers.lights[1][0].x, alpha, covered)
+        };
+        let (a, b) = (own(0..20), own(20..32));
+        let mut both = a.clone();
+        both.join_halves(&b);
+        let (lights, alpha, covered) = developed(&both);
+        let expected = 0.5 * (developed(&a).0 + developed(&b).0);
+        // Rounding.
+        assert!(
+            (lights - expected).abs() < 1e-6 * expected,
+            "{lights} {expected}"
+        );
+        assert!((alpha - covered).abs() < 1e-6, "{alpha} {covered}");
+        // As they are where both have as many.
+        let (mut halves, mut joined) = (own(0..16), own(0..16));
+        halves.join_halves(&own(16..32));
+        joined.join(&own(16..32));
+        assert_eq!(halves.sums, joined.sums);
+        for samples in [[3.0, 5.0], [1e9, 1e9 + 1.0], [1.0, 2e9], [0.0, 7.0]] {
+            let weights = balance(samples);
+            let fits = |(n, w): (f64, i32)| w >= 1 && n * f64::from(w) <= f64::from(i32::MAX);
+            assert!(
+                samples.into_iter().zip(weights).all(fits),
+                "{samples:?} {weights:?}"
+            );
         }
     }
 
