@@ -26,7 +26,8 @@ macro_rules! exit_codes {
     () => {
         "Exit codes:
   0    done; compare, suite: the images agree
-  1    compare: the images differ; suite: one does, is new or failed; render --keep-going: an image in spite of errors
+  1    compare: the images differ; suite: one does, is new, missing or failed; suite plan: no number is enough;
+       merge: shards are missing, or another round is needed; render --keep-going: an image in spite of errors
   2    bad input: the same command will never work
   3    compare, suite: it cannot be told whether the images agree: their noise would hide anything
   70   a bug in fstop

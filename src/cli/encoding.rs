@@ -59,7 +59,7 @@ impl EncodingArgs {
         }
         if self.exposure != 0.0 && !paths.iter().any(|path| is(path, &["png", "tga"])) {
             messages::warning(
-                "--exposure has no effect: only .png and .tga files are exposed, for others keep what the film got",
+                "--exposure has no effect: it applies to .png and .tga files; others keep the film's values",
             );
         }
     }

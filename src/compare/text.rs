@@ -251,7 +251,7 @@ fn found(found: &Findable) -> String {
     let channel = CHANNELS[found.channel.min(2)];
     let difference = match found.relative {
         r if r < MANY => format!("a difference of {} of ", relative(r)),
-        r if r.is_finite() => format!("one of {} ", relative(r)),
+        r if r.is_finite() => format!("a difference of {} the mean of ", relative(r)),
         _ => "none at all in ".to_owned(),
     };
     match found.side {

@@ -57,7 +57,7 @@ pub(super) struct CompareArgs {
     #[arg(help_heading = "How they are compared", long, value_name = "P", default_value_t = Options::default().alpha, value_parser = probability, allow_negative_numbers = true)]
     alpha: f64,
     /// Sides of the pixel blocks that are tested, besides single pixels and the whole
-    #[arg(help_heading = "How they are compared", long, value_name = "PX", value_delimiter = ',', default_values_t = [8, 32], value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(help_heading = "How they are compared", long, value_name = "PX,PX", value_delimiter = ',', default_value = "8,32", value_parser = clap::value_parser!(u32).range(2..))]
     tile: Vec<u32>,
     /// How the probability is divided among the tests
     #[arg(help_heading = "How they are compared", long, value_enum, default_value_t = CorrectionArg::Holm)]

@@ -190,10 +190,19 @@ impl Reader {
         // A stop changes no medium. Radius 0 with a new medium behind is a plane glass surface.
         let is_stop = radius.is_none_or(|r| r == 0.0 && index.is_none_or(|n| n == self.medium));
         let radius = radius.unwrap_or(0.0);
+        let given = index;
         let index = match is_stop {
             true => self.medium,
             false => index.unwrap_or(1.0),
         };
+        if is_stop && index != 1.0 && given != Some(index) {
+            self.warn(
+                row,
+                format!(
+                    "a stop within glass of index {index}: light stays in it behind the stop (pbrt would continue in air)"
+                ),
+            );
+        }
         if radius == 0.0 && !is_stop {
             let before = self.medium;
             self.warn(
