@@ -352,7 +352,7 @@ fn refuse_layers_with_photons(film: &film::FilmSpec) -> Result<(), String> {
     match film.layers {
         LayerSet::NONE => Ok(()),
         layers => Err(format!(
-            "--aov {layers}: `sppm` makes no layers: leave them out, or render them by themselves with `Integrator \"path\"` \
+            "layers {layers}: `sppm` makes no layers: leave them out (`--aov`, or `aov` of the `Film`), or render them by themselves with `Integrator \"path\"` \
              and a few samples, as no layer depends on the integrator",
         )),
     }

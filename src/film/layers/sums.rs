@@ -371,6 +371,7 @@ impl TileLayers {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rows::SEEN;
     use super::super::{ImageLayers, Layer, all};
     use super::*;
     use crate::film::{FilmSpec, PixelBounds, Tile};
@@ -464,7 +465,7 @@ mod tests {
             let alpha = layers.mean(Layer::Alpha).unwrap();
             let alpha = alpha.channels().next().unwrap()[0];
             let covered: f32 = layers.mattes[0].ranks(0).iter().map(|rank| rank.1).sum();
-            (layers.lights[1][0].x, alpha, covered)
+            (layers.lights[0][0].x, alpha, covered)
         };
         let (a, b) = (own(0..20), own(20..32));
         let mut both = a.clone();
@@ -476,7 +477,16 @@ mod tests {
             (lights - expected).abs() < 1e-6 * expected,
             "{lights} {expected}"
         );
-        assert!((alpha - covered).abs() < 1e-6, "{alpha} {covered}");
+        // By 20 and 12 samples; parts are of those that are seen.
+        let seen = [(&a, 3.0), (&b, 5.0)].map(|(half, weight)| weight * half.pixel(0)[SEEN] as f32);
+        let mean = |[a, b]: [f32; 2]| (a * seen[0] + b * seen[1]) / (seen[0] + seen[1]);
+        for (found, of_halves) in [
+            (alpha, [&a, &b].map(|half| developed(half).1)),
+            (covered, [&a, &b].map(|half| developed(half).2)),
+        ] {
+            let expected = mean(of_halves);
+            assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        }
         // As they are where both have as many.
         let (mut halves, mut joined) = (own(0..16), own(0..16));
         halves.join_halves(&own(16..32));
@@ -586,7 +596,7 @@ mod tests {
             assert_eq!(channels.concat(), expected, "{:?}", layer.layer);
         }
         assert_eq!(layers.lights[0], [Rgb::splat(2.0)]);
-        assert_eq!(layers.lights[1], [Rgb::new(3.0, 4.0, 0.0)]);
+        assert_eq!(layers.lights[1], [Rgb::new(3.0, 4.0, -2.0)]);
         assert_eq!(layers.lights[2], [Rgb::ZERO]);
         for (matte, id) in layers.mattes.iter().zip(found.mattes) {
             let ranks = matte.ranks(0);
